@@ -22,7 +22,9 @@ using Json = nlohmann::ordered_json;
 namespace fs = std::filesystem;
 
 using namespace edit_limits;
-constexpr double kMaxFStop = 1e9;  // limits an f-number and its inverse; scenes can have any scale
+// An f-number is between 1 / kMaxFStop and kMaxFStop. The range is large because the f-number sets
+// the lens radius in metres, and scenes can have any scale.
+constexpr double kMaxFStop = 1e9;
 
 // Limit on times (in seconds or frames) and on frame rates, as on the command line.
 constexpr double kMaxTime = 1e6;

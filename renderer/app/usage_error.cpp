@@ -3,8 +3,10 @@
 #include <fmt/format.h>
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "renderer/core/errors.h"
@@ -33,12 +35,32 @@ std::string full_command_name(const CLI::App& app) {
   return parent_names + app.get_name();
 }
 
+// Returns our option for a name that other renderers use, or an empty string.
+std::string_view own_name_of(std::string_view word) {
+  constexpr std::pair<std::string_view, std::string_view> kNames[] = {
+      {"--resolution", "--size"},   {"--width", "--size"},
+      {"--height", "--size"},       {"--samples", "--spp"},
+      {"--bounces", "--max-depth"}, {"--depth", "--max-depth"},
+      {"--hdri", "--env"},          {"--noise-level", "--noise-threshold"},
+      {"--aperture", "--f-stop"},   {"--fov", "--fov-y"},
+      {"--region", "--crop"},       {"--cropwindow", "--crop"},
+      {"--nthreads", "--threads"},  {"--jobs", "--threads"},
+  };
+  for (const auto& [other, own] : kNames) {
+    if (word == other) return own;
+  }
+  return {};
+}
+
 }  // namespace
 
 void throw_unknown_option(const std::string& word, const std::vector<std::string>& valid,
                           const std::string& command) {
   const std::vector<std::string_view> views(valid.begin(), valid.end());
-  const std::string nearest = nearest_names(word, views);
+  const std::string_view known = own_name_of(word);
+  const std::string nearest = std::ranges::find(views, known) != views.end()
+                                  ? fmt::format("'{}'", known)
+                                  : nearest_names(word, views);
   throw UsageError("unknown option '{}'{}; see {} --help-all", shortened(word),
                    nearest.empty() ? "" : fmt::format(" (did you mean {}?)", nearest), command);
 }

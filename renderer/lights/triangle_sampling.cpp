@@ -94,11 +94,12 @@ template <class... Coefficients>
 }
 
 // Samples a direction in the spherical triangle by Arvo's method, rearranged for precision. The
-// sine and cosine of the vertex angle come from the normals of planes, and 1 - cos and 1 + cos
-// replace cos. Arvo's quotient is the cosine of the arc from a. The code computes 1 minus this
-// quotient, which equals (1 - cos area) (1 + cos c) divided by a sum that cancels only towards c.
-// The result is accurate even if a and b are opposite, as they are when seen from the foot of a
-// wall.
+// sine and cosine of the angle alpha at a come from the normals of planes, and 1 - cos and 1 + cos
+// replace cos. Arvo's quotient is the cosine of the arc from a to a point on the side from a to c.
+// The code computes 1 minus this quotient, which equals (1 - cos area) (1 + cos c) divided by a
+// sum. Here c is the arc from a to b, and `area` the sampled part of the solid angle. The sum
+// cancels only where that point approaches the vertex c. The result is accurate even if a and b are
+// opposite, as they are when seen from the foot of a wall.
 [[gnu::always_inline]] inline Vec3d sample_direction(const ProjectedTriangle& t, const Vec2f& u) {
   const Vec3d plane_ab = cross(t.a, t.b), plane_ac = cross(t.a, t.c);
   const double scale = reciprocal(std::sqrt(dot(plane_ab, plane_ab) * dot(plane_ac, plane_ac)));

@@ -3,11 +3,12 @@
 //
 //     build/release/bin/pair_orders [COLUMNS]
 //
-// Good orders make pairs of dimensions, and single numbers of two pairs, jointly uniform at every
-// power of two (tests/support/pair_coupling.h). Each combination has a weight, which says how often
-// its numbers are multiplied. With few samples there are more numbers than ways to halve them, so
-// some numbers copy each other's first digit, preferably where the weight is least. The search is a
-// beam search over columns and takes minutes.
+// Good orders make any two pairs of dimensions jointly uniform at every power of two, and also any
+// number of one pair with any number of another (tests/support/pair_coupling.h). Each combination
+// has a weight, which says how much its uniformity matters. With few samples, there are fewer ways
+// to split the samples into halves than there are numbers. So the first digits of some numbers must
+// agree with those of others; the search chooses combinations of low weight for this. It is a beam
+// search over columns and takes minutes.
 #include <algorithm>
 #include <array>
 #include <cmath>

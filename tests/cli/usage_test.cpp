@@ -349,6 +349,9 @@ TEST_F(Usage, UnknownWordsListTheValidOnes) {
                   "see emberline render --help-all"});
   expect_failure(render_words({"--sppp=3"}), 2, {"unknown option '--sppp'"});
   expect_failure(render_words({"--threshold=3"}), 2, {"did you mean '--noise-threshold'"});
+  // Names from other renderers that resemble none of ours.
+  expect_failure(render_words({"--width", "64"}), 2, {"did you mean '--size'?"});
+  expect_failure(render_words({"--samples=3"}), 2, {"did you mean '--spp'?"});
   expect_failure(render_words({"-x"}), 2, {"unknown option '-x'", "--help-all"});
   expect_failure({"farm", "status", path("a.exr"), "--jsn"}, 2,
                  {"--json", "emberline farm status --help-all"});

@@ -39,7 +39,7 @@ TEST(RectangleLight, AcrossTheHorizon) {
               {1 + lean * bottom, bottom, .9},
               {1 + lean * top, top, .9},
               {1 + lean * top, top, -.5}});
-    // The wall faces the receiver.
+    // The wall faces the receiver, so it gives light if its top is above the horizon.
     EXPECT_EQ(exact_irradiance(lamp, Vec3d(0.0), {0, 1, 0}) > 0, top > 0);
     return lamp;
   };

@@ -153,16 +153,16 @@ TEST(Extremes, TrianglesFarBelowAPixel) {
   MaterialDescription bright;  // visible, but not sampled as one of 128 million lamps
   bright.unlit = true;
   const int mesh = b.add_mesh(SceneBuilderForTests::sphere(.07f, 707, b.add_material(bright)));
-  constexpr int kFrame = 8;
+  constexpr int kSide = 8;
   // Every pixel holds one ball, at (.3, .6) of the pixel.
-  for (int i = 0; i < kFrame * kFrame; ++i) {
-    b.place(mesh, translation(i % kFrame - kFrame / 2 + .3, 0, i / kFrame - kFrame / 2 + .6));
+  for (int i = 0; i < kSide * kSide; ++i) {
+    b.place(mesh, translation(i % kSide - kSide / 2 + .3, 0, i / kSide - kSide / 2 + .6));
   }
   RenderSettings s = extreme_settings();
-  s.width = s.height = kFrame;
+  s.width = s.height = kSide;
   s.spp = 4096;
   s.max_depth = 0;
-  expect_exact(render(*b.build(), orthographic({0, 1, 0}, {0, 0, 0}, kFrame / 2), s),
+  expect_exact(render(*b.build(), orthographic({0, 1, 0}, {0, 0, 0}, kSide / 2), s),
                kPiD * square(.07), 1e-5, s, {"E31", "64 balls of 2e6 triangles, .07 px"});
 }
 

@@ -125,9 +125,10 @@ TEST(PunctualLight, SpotProfile) {
 // The total flux of a spotlight is 2 pi I [(1 - cos_inner) + (cos_inner - cos_outer) / 3]. The
 // third comes from the integral of the squared ramp.
 TEST(PunctualLight, SpotFlux) {
-  constexpr double kHalf = 2;  // of the floor; the spot's circle has a radius of 2 tan .7 = 1.68
+  constexpr double kHalfSize =
+      2;  // of the floor; the spot's circle has a radius of 2 tan .7 = 1.68
   SceneBuilderForTests b;
-  b.add_floor(float(kHalf), 0, b.add_material(lambert(Rgb(1.0f))));
+  b.add_floor(float(kHalfSize), 0, b.add_material(lambert(Rgb(1.0f))));
   PunctualLightDescription light = lamp(PunctualType::kSpot, {0, 2, 0}, {0, -1, 0}, 5);
   light.inner_cone = .3f;
   light.outer_cone = .7f;
@@ -137,8 +138,8 @@ TEST(PunctualLight, SpotFlux) {
   s.width = s.height = 16;
   Moments flux;
   for (s.seed = 1; s.seed <= 64; ++s.seed)
-    flux.add(square(2 * kHalf) * kPiD *
-             render(*scene, orthographic({0, 1, 0}, {0, 0, 0}, kHalf), s).mean);
+    flux.add(square(2 * kHalfSize) * kPiD *
+             render(*scene, orthographic({0, 1, 0}, {0, 0, 0}, kHalfSize), s).mean);
   const double inner = std::cos(double(light.inner_cone)),
                outer = std::cos(double(light.outer_cone));
   const double exact = 2 * kPiD * 5 * (1 - inner + (inner - outer) / 3);

@@ -306,7 +306,8 @@ inline ::testing::AssertionResult chi_square_directions(
       [&](TestRandom& random) -> std::optional<ChiSquarePoint> {
         const std::optional<Vec3f> w = sample(random);
         if (!w) return std::nullopt;
-        if (std::abs(dot(*w, *w) - 1.0f) > 1e-4f)  // NaN is outside the domain, so it is reported
+        // chi_square_test() reports a NaN point as outside the domain.
+        if (std::abs(dot(*w, *w) - 1.0f) > 1e-4f)
           return ChiSquarePoint{std::numeric_limits<double>::quiet_NaN(), 0, 1};
         double phi = std::atan2(double(w->y), double(w->x));
         if (phi < 0) phi += 2 * kPiD;

@@ -270,7 +270,7 @@ class WindowTest(unittest.TestCase):
         self.assertNotEqual(side(clean, *second), side(noisy, *second))
 
     def test_live_driver_goes_on_with_adaptive_sampling(self):
-        # Bisection takes longer for this large picture than the window takes to draw it once.
+        # The picture is so large that the window draws it at least once before bisection ends.
         window = self.window(scene(), "--size", "480x300", "--driver", "live")
         window.wait_for("picture", lambda e: e["driver"] == "bisection")
         window.wait_for("picture", lambda e: e["driver"] == "adaptive" and e["complete"])

@@ -353,7 +353,8 @@ int retry_frame(const FarmFolder& folder) {
 int cancel_frame(const FarmFolder& folder) {
   const std::vector<uint64_t> jobs = read_record(folder).jobs();
   if (jobs.empty())
-    throw UsageError("{}: nothing was submitted to Slurm (farm --print)", folder.path);
+    throw UsageError("{}: there are no jobs to cancel: nothing was submitted to Slurm",
+                     folder.path);
   cancel_jobs(jobs);
   log_info(fmt::format("cancelled jobs {}; finished work is kept, and farm retry continues from it",
                        fmt::join(jobs, ", ")));

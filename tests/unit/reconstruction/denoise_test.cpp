@@ -201,7 +201,8 @@ TEST(Denoise, ABandNeedsNoMoreThanTheMargin) {
                          whole.colour[1].begin() + std::ptrdiff_t(begin * kWidth)));
 }
 
-// If neighbours share samples, the picture is filtered like the picture of the shared means.
+// If DenoiseInput::shared is given, the result is the same as if that picture were the colour
+// input.
 TEST(Denoise, SamplesAreShared) {
   SyntheticHalves halves = some_picture();
   const DenoisedPicture unshared = denoise(halves.input());
@@ -266,7 +267,9 @@ TEST(Denoise, AFramesScaleMakesNoNumberANonNumber) {
     }
     EXPECT_TRUE(std::isfinite(out.squared_error_after) && std::isfinite(out.squared_error_before));
     EXPECT_LT(square, 2.0 * of_reference);
-    if (exponent >= 0) EXPECT_NEAR(square / of_reference, 1.0, 0.05);
+    if (exponent >= 0) {
+      EXPECT_NEAR(square / of_reference, 1.0, 0.05);
+    }
   }
 }
 

@@ -148,7 +148,8 @@ uint32_t naive_order_of_8(uint32_t bits) {
   return packed;
 }
 
-// An order keeps aligned blocks together, so that a pair in any order is still a net.
+// apply_order() maps each aligned block of 2^m indices to an aligned block of 2^m indices. So pairs
+// of dimensions remain (0,2)-sequences in every Order.
 TEST(OwenSobol, OrdersKeepAlignedBlocksTogether) {
   for (int o = 0; o < kOrders; ++o) {
     for (uint32_t bit = 0; bit < 32; ++bit) {

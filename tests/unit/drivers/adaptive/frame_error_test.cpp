@@ -109,8 +109,8 @@ TEST(FrameError, LogNormalSamplesGiveTheTrueError) {
   }
 }
 
-// Every other sample of a pixel with a lamp hits the lamp, and the lamp's edge is sharp. Its
-// neighbours miss nothing.
+// Half the samples of a pixel that shows a lamp hit it, and the lamp's edge is sharp. So the dark
+// pixels next to it must not count as having missed light (ErrorMap::missed).
 TEST(FrameError, AddsNothingNextToALampInFocus) {
   PixelStatistics pixels = constant_pixels(64, 64, 0.05f, 32.0f);
   for (size_t i = 0; i < pixels.size(); i += 9) {

@@ -50,23 +50,23 @@ ErrorEstimate estimate_error(const PixelStatistics& p, ErrorMetric allocation, i
   const double n = std::max(1.0, double(p.count[i]));
   ErrorEstimate sum;
   for (size_t c = 0; c < 3; ++c) {
-    const double own = freedom > 0 ? spread[c] / freedom : 1.0;
-    const double honest = streams > 0 ? difference[c] / streams : own;
+    const double pooled = freedom > 0 ? spread[c] / freedom : 1.0;
+    const double honest = streams > 0 ? difference[c] / streams : pooled;
     const double value = mean[c] / std::max(weight, 1e-6);
     const auto in = [&](ErrorMetric metric) {
       if (metric == ErrorMetric::kMse) return 1.0;
       if (metric == ErrorMetric::kRelMse) return 1 / (value * value + double(rel_mse_epsilon(p)));
-      return double(display_error_weight(float(value), float(std::sqrt(own / n))));
+      return double(display_error_weight(float(value), float(std::sqrt(pooled / n))));
     };
-    const double shown = streams > 0 ? seen[c] / streams : in(ErrorMetric::kDisplay)*own;
+    const double shown = streams > 0 ? seen[c] / streams : in(ErrorMetric::kDisplay)*pooled;
     sum.error += shown / n / 3;
     const double streamed = allocation == ErrorMetric::kDisplay ? shown : in(allocation)*honest;
-    // The weight of the pixel's own spread is its samples beyond 64, and the weight of its
-    // neighbours' spread is 128.
+    // Blends the pooled variance with the pixel's own. The weight of the pooled one is 128, that of
+    // the pixel's own is the number of its samples beyond 64.
     const double degrees = std::max(0.0, double(p.count[i]) - 64);
-    const double near = (128 * own + degrees * double(p.variance[c][i])) / (128 + degrees);
-    const double wider = own > 0 ? near / own : 1.0;
-    sum.deviation += wider * (streamed + kPrior * in(allocation)*own) / (1 + kPrior) / 3;
+    const double near = (128 * pooled + degrees * double(p.variance[c][i])) / (128 + degrees);
+    const double wider = pooled > 0 ? near / pooled : 1.0;
+    sum.deviation += wider * (streamed + kPrior * in(allocation)*pooled) / (1 + kPrior) / 3;
   }
   return {std::sqrt(sum.error), std::sqrt(sum.deviation)};
 }

@@ -64,11 +64,12 @@ TEST(TimeLine, PlaysTheFrameThatIsDue) {
   EXPECT_FALSE(playback.playing());
 }
 
-// An animation of zero duration causes no division and does not end.
+// Looped playback of an animation of zero duration does not divide by the duration and goes on.
 TEST(TimeLine, PlaysAnimationsOfZeroDuration) {
   Playback playback;
   playback.start(0.0, 0.0);
   EXPECT_EQ(playback.time_at(5.0, 24, 0.0), 0.0);
+  EXPECT_TRUE(playback.playing());
 }
 
 }  // namespace
