@@ -287,7 +287,8 @@ def viewport_changes():
     # For F12, Blender ends the engines of the viewports, and then it restarts them.
     yield from until(new_picture(), "no viewport after F12")
     yield from wait_for_screen(0.5)
-    check(len(viewport._viewports) == 1 and take_commands().count("open") == 1, "after F12, there is not exactly one viewport that was opened exactly once")
+    check(len(viewport._viewports) == 1 and take_commands().count("open") == 1,
+          "after F12, there is not exactly one viewport that was opened exactly once")
 
 
 def viewport_borders():

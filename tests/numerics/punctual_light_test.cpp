@@ -125,8 +125,8 @@ TEST(PunctualLight, SpotProfile) {
 // The total flux of a spotlight is 2 pi I [(1 - cos_inner) + (cos_inner - cos_outer) / 3]. The
 // third comes from the integral of the squared ramp.
 TEST(PunctualLight, SpotFlux) {
-  constexpr double kHalfSize =
-      2;  // of the floor; the spot's circle has a radius of 2 tan .7 = 1.68
+  // Half the floor's size. The spot's circle has a radius of 2 tan .7 = 1.68.
+  constexpr double kHalfSize = 2;
   SceneBuilderForTests b;
   b.add_floor(float(kHalfSize), 0, b.add_material(lambert(Rgb(1.0f))));
   PunctualLightDescription light = lamp(PunctualType::kSpot, {0, 2, 0}, {0, -1, 0}, 5);
