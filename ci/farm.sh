@@ -1,8 +1,8 @@
 #!/usr/bin/env bash
 # Renders a frame in 16 parts on a real Slurm with two nodes, both on this machine. The script damages the scene for a
 # while, so that some parts fail. It kills a node and starts it again, and then retries the missing parts. The picture
-# must be bit-identical to that of a single run. This script must run as root. Slurm uses a separate folder and separate
-# ports, and is always stopped at the end.
+# must be bit-identical to that of a single run, as must the pictures of a staged frame and of an adaptive frame. This
+# script must run as root. Slurm uses a separate folder and separate ports, and is always stopped at the end.
 #   ci/farm.sh [PROGRAM]   PROGRAM: the emberline to test (default: build/release/bin/emberline, which is then built)
 set -euo pipefail
 root=$(cd "$(dirname "$0")/.." && pwd)
@@ -153,12 +153,21 @@ TMPDIR=$work/scratch "$program" farm scene.glb -o staged.exr --parts 4 --cpus 1 
 wait_for 60 "the staged picture" '[ -e staged.exr.farm/merge.json ] && [ -z "$(squeue -h)" ]'
 [ "$(ls "$work/scratch" | wc -l)" = 1 ] || fail "unexpected files in the scratch folder: $(ls "$work/scratch")"
 
+say "an adaptive frame, which is planned first"
+"$program" farm scene.glb -o adaptive.exr --parts 4 --cpus 1 --driver adaptive "${settings[@]}" --spp 16
+wait_for 90 "the adaptive picture" '[ -e adaptive.exr.farm/merge.json ] && [ -z "$(squeue -h)" ]'
+"$program" farm status adaptive.exr
+
 say "the same frames, each in a single run"
 "$program" render scene.glb -o single.exr --quiet "${settings[@]}"
 "$program" render scene.glb -o single-staged.exr --quiet "${settings[@]}" --spp 16
+"$program" plan scene.glb -o own.plan --quiet "${settings[@]}" --spp 16
+cmp own.plan adaptive.exr.farm/frame.plan || fail "the plans differ"
+"$program" render scene.glb -o single-adaptive.exr --quiet --driver adaptive --plan own.plan "${settings[@]}" --spp 16
 PYTHONPATH=$root/tests/invariance python3 - <<'CHECK' || fail "the pictures differ"
 from frame_bits import chunks
-for a, b in (("shot.exr", "single.exr"), ("staged.exr", "single-staged.exr")):
+for a, b in (("shot.exr", "single.exr"), ("staged.exr", "single-staged.exr"),
+             ("adaptive.exr", "single-adaptive.exr")):
     a, b = (chunks(open(name, "rb").read()) for name in (a, b))
     print(f"        {len(a)} tiles, {sum(x != y for x, y in zip(a, b))} differ")
     assert a == b

@@ -20,6 +20,7 @@
 #include "renderer/output/frame_checkpoint.h"
 #include "renderer/output/frame_extension.h"
 #include "renderer/output/frame_memory.h"
+#include "renderer/output/sample_plan_file.h"
 
 namespace emberline::api {
 namespace {
@@ -124,19 +125,23 @@ MemoryReservation reserve_memory(const RenderOptions& options, const OutputSetti
   return memory;
 }
 
-// Opens the checkpoint, if any. Reads the scene's files again for their fingerprints. Throws
-// whatever reading the files and opening the checkpoint throw, and Cancelled after `give_up`.
+// Checks the plan of the sample counts and opens the checkpoint, if any. Reads the scene's files
+// again for their fingerprints. Throws whatever reading the files, the check and opening the
+// checkpoint throw, and Cancelled after `give_up`.
 void open_checkpoint(const RenderOptions& options, const RenderPlan& plan,
-                     const SceneLayers& layers, const Access::SceneState& scene, uint64_t max_bytes,
+                     const std::optional<SamplePlanFile>& sample_plan, const SceneLayers& layers,
+                     const Access::SceneState& scene, uint64_t max_bytes,
                      const std::stop_token& give_up, RenderJob& job, FrameCheckpoint& checkpoint) {
-  if (options.checkpoint.empty()) return;
+  if (options.checkpoint.empty() && !sample_plan) return;
   LoadProgress progress({}, give_up, scene.limits);
   nlohmann::json inputs = scene.files.fingerprints(options, progress);
   if (scene.edited && !scene.edited->empty()) inputs["the program's edits"] = *scene.edited;
   if (const std::string pose = pose_override(scene, options); !pose.empty()) {
     inputs["the program's pose"] = pose;
   }
-  checkpoint.open(checkpoint_head(options, plan, layers, inputs), false, {}, max_bytes, job);
+  const nlohmann::json head = checkpoint_head(options, plan, layers, inputs);
+  if (sample_plan) sample_plan->check(head);
+  if (!options.checkpoint.empty()) checkpoint.open(head, false, {}, max_bytes, job);
 }
 
 struct RenderCallbacks {
@@ -160,7 +165,10 @@ Picture picture_of(RenderJob& job, ProgressSink& sink, const std::stop_token& gi
 // `options` must come from options_of() for this scene.
 RenderedPicture render_picture(const Access::SceneState& state, const RenderOptions& options,
                                const Resources& resources, const RenderCallbacks& watch) {
-  const RenderPlan plan(options, {.is_extension = !options.extended.empty()});
+  std::optional<SamplePlanFile> sample_plan;
+  if (!options.plan.empty()) sample_plan.emplace(options, state.limits);
+  const RenderPlan plan(options, {.is_extension = !options.extended.empty(),
+                                  .sample_plan = sample_plan ? sample_plan->plan() : nullptr});
   OutputSettings output = output_settings(options, plan.crop);
   if (is_part(options)) output.denoise = false;  // because a part lacks neighbouring pixels
   const FrameParts parts(state, options);
@@ -173,8 +181,8 @@ RenderedPicture render_picture(const Access::SceneState& state, const RenderOpti
       [&] { return plan.prepare(*state.open, parts.camera, parts.scene_parts, end.token()); });
   RenderJob& job = *prepared;
   FrameCheckpoint checkpoint(options);
-  open_checkpoint(options, plan, parts.layers, state, 2 * memory.bytes(), watch.give_up, job,
-                  checkpoint);
+  open_checkpoint(options, plan, sample_plan, parts.layers, state, 2 * memory.bytes(),
+                  watch.give_up, job, checkpoint);
   ProgressSink sink(output, parts.layers, end, job, checkpoint, watch.watch);
   RenderResult result;
   Picture picture;

@@ -7,6 +7,7 @@
 #include <condition_variable>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <thread>
 #include <utility>
 
@@ -59,11 +60,19 @@ void summarize(const RenderOptions& options, const RenderReport& report,
   for (const std::string& feature : report.features) log_verbose("built: " + feature);
 }
 
-PrepareOptions prepare_options(const RenderOptions& options, const AovSet& aovs) {
+std::optional<SamplePlanFile> read_sample_plan(const RenderOptions& options,
+                                               const LoadLimits& limits) {
+  if (options.plan.empty()) return std::nullopt;
+  return SamplePlanFile(options, limits);
+}
+
+PrepareOptions prepare_options(const RenderOptions& options, const AovSet& aovs,
+                               const std::optional<SamplePlanFile>& sample_plan) {
   return {.aovs = aovs,
           .explained = options.explained,
           .keep_tree = !options.trees.empty(),
-          .is_extension = !options.extended.empty()};
+          .is_extension = !options.extended.empty(),
+          .sample_plan = sample_plan ? sample_plan->plan() : nullptr};
 }
 
 }  // namespace
@@ -72,7 +81,8 @@ CommandFrame::CommandFrame(RenderRun& run, const RenderOptions& options)
     : run_(run),
       options_(options),
       output_settings_(output_settings(options, crop_of(options))),
-      plan_(options, prepare_options(options, output_settings_.aovs)),
+      sample_plan_(read_sample_plan(options, run.limits)),
+      plan_(options, prepare_options(options, output_settings_.aovs, sample_plan_)),
       progress_({}, {}, run.limits),
       memory_(run.limits.memory, MemoryPart::kFilm),
       checkpoint_(options) {
@@ -173,12 +183,15 @@ void CommandFrame::on_picture_changed(const JobProgress& now, const LivePicture&
 }
 
 void CommandFrame::resume() {
-  if (checkpoint_path(options_).empty()) return;
+  const bool has_checkpoint = !checkpoint_path(options_).empty();
+  if (!has_checkpoint && !sample_plan_) return;
   LoadProgress progress({}, {}, run_.limits);  // its timeout starts now, after loading
   const nlohmann::json& inputs = run_.scene.inputs(options_, progress);
-  checkpoint_.open(checkpoint_head(options_, plan_, layers_, inputs),
-                   is_default_checkpoint(options_), take_checkpoint_request, 2 * memory_.bytes(),
-                   *job_);
+  const nlohmann::json head = checkpoint_head(options_, plan_, layers_, inputs);
+  if (sample_plan_) sample_plan_->check(head);
+  if (!has_checkpoint) return;
+  checkpoint_.open(head, is_default_checkpoint(options_), take_checkpoint_request,
+                   2 * memory_.bytes(), *job_);
   report_.resumed_samples = job_->counters().samples;
 }
 
@@ -331,6 +344,24 @@ int CommandFrame::exit_code() const {
   const bool is_resumable = options_.resume || is_part(options_) || denoising_stopped_;
   if (is_resumable || stop_.cause() == PixelStop::kUser) return kExitStopped;
   return options_.strict && has_holes() ? kExitRenderFailed : kExitDone;
+}
+
+int CommandFrame::write_plan(const RenderOptions& planned, const std::string& path) {
+  if (report_.counters.stopped) {
+    log_warning(path + " was not written, because the command was stopped");
+    return kExitStopped;
+  }
+  const RenderPlan plan(planned);
+  const SamplePlan counts{plan_.crop, job_->planned_counts(plan.driver_settings.adaptive)};
+  LoadProgress progress({}, {}, run_.limits);
+  const nlohmann::json& inputs = run_.scene.inputs(options_, progress);
+  write_sample_plan(path, checkpoint_head(planned, plan, layers_, inputs), counts);
+  const auto [least, most] = std::ranges::minmax(counts.counts);
+  const auto total =
+      double(std::accumulate(counts.counts.begin(), counts.counts.end(), uint64_t{0}));
+  log_info(fmt::format("wrote {}: {:.4g} samples per pixel, {} to {} for single pixels", path,
+                       total / double(counts.counts.size()), least, most));
+  return kExitDone;
 }
 
 int CommandFrame::report() {

@@ -16,6 +16,7 @@
 #include "renderer/output/remote_viewer.h"
 #include "renderer/output/report.h"
 #include "renderer/output/report_pictures.h"
+#include "renderer/output/sample_plan_file.h"
 #include "renderer/output/snapshots.h"
 
 namespace emberline {
@@ -37,6 +38,9 @@ class CommandFrame {
   void render();
   void write();
   int report();  // returns the exit code
+  // Call instead of write() and report(). Writes the plan of the frame `planned`, of which this
+  // frame is the pilot. Returns the exit code, which is kExitStopped if the pilot was stopped.
+  int write_plan(const RenderOptions& planned, const std::string& path);
 
   const RenderReport& result() const { return report_; }  // valid after report()
 
@@ -64,6 +68,7 @@ class CommandFrame {
   const RenderOptions& options_;
   RenderReport report_;
   const OutputSettings output_settings_;
+  const std::optional<SamplePlanFile> sample_plan_;
   const RenderPlan plan_;
   FileRegister files_;
   LoadProgress progress_;

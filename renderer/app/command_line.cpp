@@ -54,6 +54,7 @@ struct AllOptions {
   CompareOptions compare;
   DenoiseOptions denoise;
   StudyOptions study;
+  PlanOptions plan;
   MergeOptions merge;
   ExtendOptions extend;
   FarmOptions farm;
@@ -102,6 +103,9 @@ constexpr Command kCommands[] = {
                                                              "Denoise a finished frame."),
     command<&All::extend, add_extend_options, run_extend>(
         "extend", "Add samples to a finished frame, or lower its noise threshold."),
+    command<&All::plan, add_plan_options, run_plan>(
+        "plan",
+        "Decide the sample counts of an adaptive frame, so that it can be rendered in parts."),
     command<&All::merge, add_merge_options, run_merge>("merge", "Join the parts of a frame."),
     command<&All::farm, add_farm_options, run_farm>("farm",
                                                     "Render a frame in parts, as Slurm jobs."),

@@ -280,6 +280,27 @@ void add_render_options(CLI::App* app, RenderOptions& o) {
       "emberline render scene.glb -o shot.####.exr --frames 1-24 --shutter 0,0.5");
 }
 
+void add_plan_options(CLI::App* app, PlanOptions& o) {
+  RenderOptions& frame = o.frame;
+  frame.driver = "adaptive";
+  add_argument(app, "scene", frame.scene, "The scene: a .gltf or .glb file.")->required();
+  add_settings_file(app, frame);
+  add_text(app, "-o,--output", o.output, "FILE",
+           {.section = H::kOutput,
+            .brief = "plan to write",
+            .full = "Write the plan to this file. A file that is not a plan is never replaced.",
+            .example = "-o frame.plan"});
+  add_settings(
+      app, frame,
+      {kTurn, kEdits, kChannels, kCounts, kSample, kSeed, kSchedule, kView, kLight, kLoading},
+      {"time-limit"});
+  add_machine_options(app, frame);
+  app->footer(
+      "emberline plan scene.glb --spp 256 -o frame.plan\n"
+      "emberline render scene.glb --driver adaptive --spp 256 --plan frame.plan --part 1/8 -o "
+      "frame.exr");
+}
+
 void add_view_options(CLI::App* app, ViewOptions& o) {
   RenderOptions& r = o.render;
   r.driver = kLiveDriver;

@@ -22,6 +22,7 @@ void add_explain_options(CLI::App* app, ExplainOptions& options);
 void add_compare_options(CLI::App* app, CompareOptions& options);
 void add_denoise_options(CLI::App* app, DenoiseOptions& options);
 void add_merge_options(CLI::App* app, MergeOptions& options);
+void add_plan_options(CLI::App* app, PlanOptions& options);
 void add_extend_options(CLI::App* app, ExtendOptions& options);
 void add_farm_options(CLI::App* app, FarmOptions& options);
 void add_study_options(CLI::App* app, StudyOptions& options);

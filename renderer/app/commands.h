@@ -133,6 +133,16 @@ struct DenoiseOptions {
 // RenderError if an output cannot be written.
 int run_denoise(const DenoiseOptions& options);
 
+// `emberline plan`: decides how many samples each pixel of a frame gets, for the setting `plan`.
+struct PlanOptions {
+  RenderOptions frame;  // the planned frame; its outputs are unused
+  std::string output;   // the plan's file
+};
+
+// Renders a pilot with an eighth of the frame's samples, and writes the counts that follow from it.
+// Returns the exit code; a stopped pilot writes nothing. Throws EmberlineError.
+int run_plan(const PlanOptions& options);
+
 // `emberline extend`: renders further samples of a finished frame, up to more samples per pixel or
 // a lower noise threshold.
 struct ExtendOptions {

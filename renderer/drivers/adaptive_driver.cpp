@@ -276,6 +276,10 @@ class AdaptiveDriver final : public FrameDriver {
     return text;
   }
 
+  std::vector<uint32_t> planned_counts(const AdaptiveSettings& limits) const override {
+    return planner_.planned_counts(limits);
+  }
+
   void record_pixel(int x, int y) override {
     if (finished() || end_stop_ || planner_.recorded() == index(x, y)) return;
     planner_.record(index(x, y));

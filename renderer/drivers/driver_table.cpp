@@ -36,6 +36,15 @@ constexpr DriverEntry kDrivers[] = {
      adaptive_bytes_per_pixel},
 };
 
+constexpr DriverEntry kPlannedDriver = {
+    "adaptive",
+    "one bucket after another, with the sample counts of a plan",
+    SampleDistribution::kByError,
+    true,
+    planned_driver,
+    [](const DriverSettings&) { return FilmExtras{}; },
+    [](const DriverSettings&) { return uint64_t(0); }};
+
 }  // namespace
 
 std::span<const DriverEntry> driver_table() { return kDrivers; }
@@ -43,6 +52,8 @@ std::span<const DriverEntry> driver_table() { return kDrivers; }
 const DriverEntry& find_driver(std::string_view name) {
   return find_named(kDrivers, "`driver`", "driver", name);
 }
+
+const DriverEntry& planned_driver_entry() { return kPlannedDriver; }
 
 int tile_size(const DriverEntry& driver, int bucket_size) {
   return driver.tiles ? bucket_size : round_up_to_buckets(bucket_size, kMinTileSize);
@@ -56,7 +67,10 @@ FilmExtras film_extras(const DriverEntry& driver, const DriverSettings& settings
 }
 
 DriverFactory driver_factory(std::string_view driver, const DriverSettings& settings) {
-  const DriverEntry& entry = find_driver(driver);
+  return driver_factory(find_driver(driver), settings);
+}
+
+DriverFactory driver_factory(const DriverEntry& entry, const DriverSettings& settings) {
   return {.tiles = entry.tiles,
           .tile_size = tile_size(entry, settings.bucket_size),
           .tile_order = settings.bucket_order,

@@ -18,6 +18,7 @@ namespace emberline {
 
 struct Frame;
 class FrameDriver;
+struct SamplePlan;
 
 struct DriverSettings {
   int bucket_size = 64;
@@ -30,6 +31,7 @@ struct DriverSettings {
   bool is_extension = false;                     // extends a finished frame, so the pilot is done
   bool keep_tree = false;                        // keeps the tree for DriverFacts::tree
   int cryptomattes = 0, cryptomatte_levels = 0;  // as in FilmExtras
+  std::shared_ptr<const SamplePlan> plan = {};   // for planned_driver_entry()
 };
 
 // The ways to distribute samples over the pixels.
@@ -49,6 +51,10 @@ std::span<const DriverEntry> driver_table();
 
 // Throws a UsageError that lists the valid names if the name is unknown.
 const DriverEntry& find_driver(std::string_view name);
+
+// Returns the driver of adaptive frames whose sample counts are in a plan. It has no name in
+// driver_table(), because a setting selects it.
+const DriverEntry& planned_driver_entry();
 
 // Returns the side of the delivered tiles, which are also the tiles of the EXR. Each tile of a
 // tiled driver is one bucket. Drivers of the whole frame join small buckets, since each tile takes
@@ -70,6 +76,7 @@ struct DriverFactory {
 // Returns the extras of the driver's film, without light groups.
 FilmExtras film_extras(const DriverEntry& driver, const DriverSettings& settings);
 
+DriverFactory driver_factory(const DriverEntry& driver, const DriverSettings& settings);
 // Throws what find_driver() throws.
 DriverFactory driver_factory(std::string_view driver, const DriverSettings& settings);
 

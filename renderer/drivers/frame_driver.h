@@ -16,6 +16,7 @@
 namespace emberline {
 
 class Archive;
+struct AdaptiveSettings;
 class FilmTile;
 class LightMix;
 struct PixelLattice;
@@ -97,6 +98,12 @@ class FrameDriver {
   // empty if the driver does not decide about single pixels. Must be called at a pause or at the
   // end.
   virtual std::string explain(const FilmTile& /*film*/, int /*x*/, int /*y*/) const { return {}; }
+  // Returns the sample counts that a frame with these limits should have, according to the samples
+  // taken so far, for each pixel in rows from the top. Call after end(). Returns an empty list if
+  // the driver does not estimate deviations.
+  virtual std::vector<uint32_t> planned_counts(const AdaptiveSettings& /*limits*/) const {
+    return {};
+  }
   // From now on, records this pixel for explain(), instead of the settings' pixel. Must be called
   // at a pause.
   virtual void record_pixel(int /*x*/, int /*y*/) {}

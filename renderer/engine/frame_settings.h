@@ -109,6 +109,7 @@ struct FrameSettings {
   // The part of the frame to render, for `merge`. Absent: the whole frame.
   std::optional<FramePart> part;
   std::optional<SampleSpan> sample_range;
+  std::string plan;  // file of sample counts (output/sample_plan_file.h); empty: none
 
   // Channels.
   std::string aovs;

@@ -81,7 +81,7 @@ void plan_adaptive(const FrameSettings& o, RenderPlan& plan) {
 }  // namespace
 
 RenderPlan::RenderPlan(const FrameSettings& s, const PrepareOptions& options)
-    : driver(&find_driver(s.driver)),
+    : driver(&driver_of(s)),
       width(s.width),
       height(s.height),
       crop(crop_of(s)),
@@ -103,6 +103,7 @@ RenderPlan::RenderPlan(const FrameSettings& s, const PrepareOptions& options)
   driver_settings.explained = options.explained;
   driver_settings.keep_tree = options.keep_tree;
   driver_settings.is_extension = options.is_extension;
+  driver_settings.plan = options.sample_plan;
   is_uniform ? plan_uniform(s, *this) : plan_adaptive(s, *this);
   integrator = create_integrator(s.integrator, {.max_depth = s.max_depth,
                                                 .transparent = s.transparent,
@@ -190,14 +191,18 @@ size_t RenderPlan::buckets() const {
   return bucket_schedule(crop, d.bucket_size, d.bucket_order, seed).size();
 }
 
+const DriverEntry& driver_of(const FrameSettings& settings) {
+  return settings.plan.empty() ? find_driver(settings.driver) : planned_driver_entry();
+}
+
 bool samples_uniformly(const FrameSettings& settings) {
-  const SampleDistribution distribution = find_driver(settings.driver).distribution;
+  const SampleDistribution distribution = driver_of(settings).distribution;
   return distribution == SampleDistribution::kUniform ||
          (distribution == SampleDistribution::kUniformWithoutThreshold &&
           !settings.noise_threshold);
 }
 
-bool is_tiled(const FrameSettings& settings) { return find_driver(settings.driver).tiles; }
+bool is_tiled(const FrameSettings& settings) { return driver_of(settings).tiles; }
 
 std::string_view allocation_of(const FrameSettings& settings) {
   if (samples_uniformly(settings) || estimator_of(settings).batch != 0) return "";

@@ -33,6 +33,9 @@ struct PrepareOptions {
   std::optional<Vec2i> explained = {};  // the pixel for RenderJob::explain()
   bool keep_tree = false;               // RenderJob::facts() has the refinement tree
   bool is_extension = false;            // RenderJob::extend() will be called
+  // The counts in the file of the setting `plan`. Without it, no job of a planned frame can be
+  // prepared.
+  std::shared_ptr<const SamplePlan> sample_plan = {};
 };
 
 // A stage is a preliminary or partial frame, with only some of the pixels, fewer samples or another
@@ -66,7 +69,7 @@ struct RenderPlan {
   // prepare() takes it from the open scene.
   Frame frame(const Scene& scene, const Camera& camera, const SceneParts& parts = {},
               const std::stop_token& stop = {}) const;
-  DriverFactory drivers() const { return driver_factory(driver->name, driver_settings); }
+  DriverFactory drivers() const { return driver_factory(*driver, driver_settings); }
   // Returns the number of buckets that are divided among the parts of the frame. Throws UsageError
   // if there are too many buckets.
   size_t buckets() const;
@@ -92,6 +95,9 @@ struct RenderPlan {
   std::unique_ptr<Integrator> integrator;
   std::unique_ptr<Sampler> sampler;
 };
+
+// Returns the driver of frames with these settings. Throws UsageError for an unknown name.
+const DriverEntry& driver_of(const FrameSettings& settings);
 
 // Returns whether every pixel gets the same number of samples. Throws UsageError for an unknown
 // driver.

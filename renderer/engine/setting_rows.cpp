@@ -284,6 +284,14 @@ std::vector<Setting> channel_settings() {
                              .full = "Choose how the layers are divided into parts of the EXR.",
                              .example = "--exr-parts layers"},
                             exr_parts_table()),
+      word<&S::plan>(
+          "plan", kPart, "FILE",
+          {.section = H::kParts,
+           .full = "Give each pixel the number of samples that `emberline plan` wrote to this "
+                   "file. Crops and parts of the frame then have the pixels of the whole frame. "
+                   "The scene and all settings that decide about samples must be those of the "
+                   "plan.",
+           .example = "--driver adaptive --plan frame.plan --part 3/8"}),
       part(),
       sample_range(),
       turntable(),

@@ -280,6 +280,13 @@ std::vector<SettingRule> error_rules() {
        .excludes = {{"cryptomatte"}, {"light-groups"}},
        .reason = "it weights whole rounds, but mattes and light layers are not stored per round"},
       {.about = {{"min-spp"}}, .violation = min_samples_violation},
+      {.about = {{"plan"}},
+       .needs = find_drivers(
+           [](const DriverEntry& d) { return d.distribution == SampleDistribution::kByError; }),
+       .reason = "a plan has the sample counts of an adaptive frame"},
+      {.about = {{"plan"}},
+       .excludes = joined({{{"unbiased"}, {"allocation", "denoised"}}, historical}),
+       .reason = "a plan is made only once, from the deviations of the pixels' samples"},
       {.about = joined({denoising(), two_streams}),
        .excludes = {{"streams", "1"}},
        .reason = "it works by comparing two sample streams; set `streams` to 2, or omit `streams`"},
@@ -301,7 +308,8 @@ std::vector<SettingRule> sample_rules() {
                  text_of(samplers([](const auto& s) { return s.counts == SampleCounts::kAny; }),
                          " and ")},
       {.about = {{"part"}},
-       .needs = find_drivers([](const DriverEntry& driver) { return driver.tiles; }),
+       .needs = joined(
+           {find_drivers([](const DriverEntry& driver) { return driver.tiles; }), {{"plan"}}}),
        .reason = "{} renders the whole frame at once"},
       {.about = {{"sample-range"}},
        .needs = uniform_drivers(),

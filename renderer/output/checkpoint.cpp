@@ -177,6 +177,21 @@ std::optional<std::vector<std::byte>> read_film_state(const RecordFile& file, ui
   return state;
 }
 
+void write_record_blocks(AtomicFile& file, const std::string& head,
+                         std::span<const std::byte> bytes) {
+  uint64_t at = 0, blocks = 0;
+  const auto append = [&](const std::string& piece) {
+    file.write_at(piece.data(), piece.size(), at);
+    at += piece.size();
+  };
+  append(head);
+  for (size_t begin = 0; begin < bytes.size(); begin += kBlockBytes, ++blocks) {
+    const size_t size = std::min<size_t>(kBlockBytes, bytes.size() - begin);
+    append(pack_record(kBlockRecord, blocks, bytes.subspan(begin, size)));
+  }
+  append(pack_record(kEndRecord, blocks, {}));
+}
+
 Checkpoint::Checkpoint(const CheckpointOptions& options, const Json& head)
     : path_(options.path),
       head_(pack_file_head(head.dump(2, ' ', false, Json::error_handler_t::replace))),
@@ -330,19 +345,7 @@ void Checkpoint::prefault_copy() {
 }
 
 void Checkpoint::write_state(const std::vector<std::byte>& state) {
-  file_->replace([&](AtomicFile& file) {
-    uint64_t at = 0, blocks = 0;
-    const auto append = [&](const std::string& bytes) {
-      file.write_at(bytes.data(), bytes.size(), at);
-      at += bytes.size();
-    };
-    append(head_);
-    for (size_t begin = 0; begin < state.size(); begin += kBlockBytes, ++blocks) {
-      const size_t size = std::min<size_t>(kBlockBytes, state.size() - begin);
-      append(pack_record(kBlockRecord, blocks, std::span(state).subspan(begin, size)));
-    }
-    append(pack_record(kEndRecord, blocks, {}));
-  });
+  file_->replace([&](AtomicFile& file) { write_record_blocks(file, head_, state); });
   report_.bytes = file_->size();
   ++report_.written;
 }

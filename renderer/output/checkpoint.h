@@ -24,6 +24,7 @@
 #include <mutex>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <thread>
 #include <unordered_map>
@@ -57,6 +58,11 @@ void check_overwrite(const std::string& path, const nlohmann::json& head);
 // Returns the saved state of a frame with one film, or nullopt if none was saved. Throws InputError
 // if the state is damaged or larger than `max_bytes` bytes.
 std::optional<std::vector<std::byte>> read_film_state(const RecordFile& file, uint64_t max_bytes);
+
+// Writes a packed head (pack_file_head()) and the bytes in blocks, for read_film_state(). Throws
+// RenderError.
+void write_record_blocks(AtomicFile& file, const std::string& head,
+                         std::span<const std::byte> bytes);
 
 struct CheckpointReport {
   std::string file;                          // empty: no checkpoint was requested

@@ -76,6 +76,7 @@ std::vector<std::pair<std::string, std::string>> named_inputs(const FrameSetting
     if (!path.empty()) files.emplace_back(std::move(what), path);
   };
   add(fmt::format("the file of --{}", "env"), settings.environment);
+  add(plan_input_name(), settings.plan);
   add(fmt::format("the file of --{}", "edits"), settings.edits);
   if (settings.edits.empty()) return files;
   const SceneEdits edits = edits_from_json(read_json(settings.edits, progress), settings.edits);
@@ -84,6 +85,8 @@ std::vector<std::pair<std::string, std::string>> named_inputs(const FrameSetting
 }
 
 }  // namespace
+
+std::string plan_input_name() { return fmt::format("the file of --{}", "plan"); }
 
 Json input_fingerprints(const FrameSettings& settings, LoadProgress& progress) {
   Json inputs = Json::object();
@@ -97,7 +100,8 @@ Json input_fingerprints(const FrameSettings& settings, LoadProgress& progress) {
 
 LoadedFiles::LoadedFiles(const FrameSettings& settings, const LoadProgress& progress) {
   for (const auto& [what, path] : named_inputs(settings, progress)) {
-    std::vector<NamedFile>& list = path == settings.environment ? files_ : edit_files_;
+    const bool edits = path != settings.environment && path != settings.plan;
+    std::vector<NamedFile>& list = edits ? edit_files_ : files_;
     if (auto file = stat_file(path)) list.push_back(*std::move(file));
   }
 }
@@ -156,6 +160,7 @@ Json checkpoint_head(const RenderOptions& options, const RenderPlan& plan,
   name_file("resource-root", options.resource_root);
   name_file("env", options.environment);
   name_file("edits", options.edits);
+  name_file("plan", options.plan);
   head["machine"] = {{"host", host_name()},
                      {"instruction sets", instruction_sets()},
                      {"processor", processor_maker()},
@@ -180,6 +185,7 @@ FrameSettings settings_of(const Json& head, const std::string& place) {
       }
     }
   }
+  settings.plan = find_text(head, "files", "plan");  // selects the driver
   return settings;
 }
 

@@ -20,6 +20,9 @@ namespace emberline {
 // what loading them would throw.
 nlohmann::json input_fingerprints(const FrameSettings& settings, LoadProgress& progress);
 
+// Returns the name of the plan's file in "inputs".
+std::string plan_input_name();
+
 // Remembers the files that a scene was loaded from, with their size and modification time. Thus the
 // fingerprints of these files can be computed later.
 class LoadedFiles {
@@ -44,8 +47,9 @@ class LoadedFiles {
 // Returns the head for a frame. `plan` determines the channels.
 nlohmann::json checkpoint_head(const RenderOptions& options, const RenderPlan& plan,
                                const SceneLayers& layers, const nlohmann::json& inputs);
-// Returns all settings in a head, including those that do not affect the bits, but not the paths of
-// input files. Throws an InputError that names `place` if the head is invalid.
+// Returns all settings in a head, including those that do not affect the bits, but of the paths
+// of input files only that of the plan. Throws an InputError that names `place` if the head is
+// invalid.
 FrameSettings settings_of(const nlohmann::json& head, const std::string& place);
 // Returns the text called `name` from the head's member `part`, which is "files" (paths by setting)
 // or "machine". Returns "" if there is no such text.

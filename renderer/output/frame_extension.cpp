@@ -68,6 +68,11 @@ void check_extensible(const FrameSettings& settings, const std::string& path) {
         "it is a part of a frame; join all parts with emberline merge and `resumable`, "
         "then extend the merged frame");
   }
+  if (!settings.plan.empty()) {
+    throw InputError(path,
+                     "its sample counts come from a plan; to get more samples, make a plan with "
+                     "more and render the frame again");
+  }
   if (plan_of(settings, path).half_block != RenderPlan::kStreamBlock) {
     throw InputError(path,
                      "it was rendered with fewer than {} samples per pixel, so its denoising "

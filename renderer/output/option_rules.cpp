@@ -57,6 +57,13 @@ std::vector<SettingRule> make_rules() {
        .needs = find_drivers(
            [](const DriverEntry& d) { return d.distribution == SampleDistribution::kByError; }),
        .reason = "{} does not choose sample counts for the whole frame"},
+      {.about = {{"explain"}, {"tree"}, {"snapshots"}},
+       .excludes = {{"plan"}},
+       .unless = {{"replay"}},
+       .reason = "a planned frame is rendered bucket by bucket, without further decisions"},
+      {.about = {{"plan"}},
+       .excludes = {{"frames", "A-B"}, {"turntable", "2 or more"}},
+       .reason = "a plan belongs to a single frame"},
       {.about = {{"explain"}}, .violation = pixel_violation},
       {.about = {{"snapshots"}},
        .needs = find_drivers([](const DriverEntry& driver) { return !driver.tiles; }),

@@ -62,7 +62,7 @@ OutputSettings output_settings(const RenderOptions& options, const Rect& crop) {
   OutputSettings settings;
   settings.width = options.width;
   settings.height = options.height;
-  settings.tile_size = tile_size(find_driver(options.driver), options.bucket_size);
+  settings.tile_size = tile_size(driver_of(options), options.bucket_size);
   settings.view = view_of(options);
   settings.compression = options.exr_compression;
   settings.parts = options.exr_parts;

@@ -198,13 +198,12 @@ std::optional<uint64_t> SnapshotRecorder::next_sample_count() const {
 }
 
 void SnapshotRecorder::write_exr(const std::string& file, const std::vector<float>& rgba) const {
-  const ExrHeader header = {
-      .width = options_.width,
-      .height = options_.height,
-      .data_window = crop_,
-      .tile_size = tile_size(find_driver(options_.driver), options_.bucket_size),
-      .channels = {{"R"}, {"G"}, {"B"}, {"A"}},
-      .attributes = {}};
+  const ExrHeader header = {.width = options_.width,
+                            .height = options_.height,
+                            .data_window = crop_,
+                            .tile_size = tile_size(driver_of(options_), options_.bucket_size),
+                            .channels = {{"R"}, {"G"}, {"B"}, {"A"}},
+                            .attributes = {}};
   write_exr_file(file, header, rgba);
 }
 

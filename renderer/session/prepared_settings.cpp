@@ -57,6 +57,7 @@ RenderOptions main_options(const ViewSettings& settings) {
   options.cryptomattes.clear();
   options.catchers.clear();
   options.holdouts.clear();
+  options.plan.clear();
   options.cryptomatte_levels = FrameSettings().cryptomatte_levels;
   // With kGuided, every change of view would have to wait for a new survey.
   options.environment_sampling = EnvironmentSampling::kByLight;

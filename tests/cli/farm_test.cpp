@@ -272,6 +272,38 @@ TEST_F(Farm, PrintsCommandsForOtherQueues) {
   expect_failure({"farm", "cancel", path("out.exr")}, 2, {"nothing was submitted"}, with_slurm_);
 }
 
+// The parts of an adaptive frame need a plan, so they wait for the job that makes it.
+TEST_F(Farm, AnAdaptiveFrameIsPlannedFirst) {
+  const Words adaptive = {"--driver", "adaptive", "--spp", "16"};
+  submit(adaptive);
+  const std::string words = sbatch_words();
+  const size_t plan = words.find("plan.sh"), part = words.find("part.sh");
+  ASSERT_LT(plan, part);
+  EXPECT_NE(words.find("--dependency=afterok:1\n"), std::string::npos) << words;
+  EXPECT_NE(words.find("--dependency=afterok:2\n"), std::string::npos) << words;
+  write("bin/queue", "");
+  EXPECT_EQ(status()["plan"]["done"], 0.0);
+  // The plan failed: both are submitted again.
+  write("bin/sbatch.words", "");
+  render({"farm", "retry", path("out.exr")}, with_slurm_);
+  EXPECT_NE(sbatch_words().find("plan.sh"), std::string::npos);
+  ASSERT_EQ(shell("sh '" + path("out.exr.farm/plan.sh") + "' 2>/dev/null"), 0);
+  EXPECT_EQ(status()["plan"]["state"], "done");
+  // A plan that fits is kept.
+  write("bin/sbatch.words", "");
+  render({"farm", "retry", path("out.exr")}, with_slurm_);
+  EXPECT_EQ(sbatch_words().find("plan.sh"), std::string::npos);
+  EXPECT_NE(sbatch_words().find("part.sh"), std::string::npos);
+  render_parts({"1/3", "2/3", "3/3"});
+  ASSERT_EQ(shell("sh '" + path("out.exr.farm/merge.sh") + "' 2>/dev/null"), 0);
+  render(Words{"render", scene(), "-o", path("single.exr"), "--size", "24x24", "--plan",
+               path("out.exr.farm/frame.plan")} +
+         adaptive);
+  EXPECT_EQ(first_difference(read_exr(path("single.exr")), read_exr(path("out.exr"))), "");
+  const RunResult printed = run(farm(path("new.exr"), adaptive + Words{"--print"}), with_slurm_);
+  EXPECT_EQ(printed.out.find(" plan "), printed.out.find(' ')) << printed.describe();
+}
+
 TEST_F(Farm, StatusListsEveryPart) {
   submit();
   EXPECT_EQ(status()["parts"][0]["state"], "failed") << "not in the queue, and has said nothing";
@@ -399,7 +431,7 @@ TEST_F(Farm, RejectsImpossibleRequests) {
                                            {{"--cpus", "0"}, {"1 to 4096"}},
                                            {{"--partition", "a b"}, {"--partition"}},
                                            {{"--time-limit", "5"}, {"--time-limit"}},
-                                           {{"--driver", "adaptive"}, {"bucket"}},
+                                           {{"--driver", "bisection"}, {"bucket"}},
                                            {{"-o", path("out.tif")}, {".exr"}}};
   for (const auto& [more, parts] : wrong)
     expect_failure(farm(path("out.exr"), more), 2, parts, with_slurm_);

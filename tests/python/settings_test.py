@@ -31,6 +31,7 @@ CASES = {
     "exr-compression": ("piz", {}, BOX),
     "exr-parts": ("layers", {"aov": "N"}, BOX),
     "part": ("2/3", {"bucket-size": "4"}, BOX),
+    "plan": ("frame.plan", {**ADAPTIVE, "spp": "16"}, BOX),
     "sample-range": ("1-3", {"spp": None}, BOX),
     "turntable": ("2/8", {}, BOX),
     "turntable-center": ("look-at", {**VIEW, "turntable": "2/8"}, BOX),
@@ -122,10 +123,14 @@ class EverySetting(Test):
         value, companions, scene = CASES[name]
         if name == "isa":
             value = re.search(r"^  (\S+):", emberline.Settings.help("isa"), re.M)[1]
-        if name == "edits":
+        if name in ("edits", "plan"):
             value = str(self.work / value)
         settings = {**SMALL, **companions, name: value}
-        return {n: v for n, v in settings.items() if v is not None}, self.work / scene
+        settings = {n: v for n, v in settings.items() if v is not None}
+        if name == "plan":
+            planned = [f"--{n}={v}" for n, v in settings.items() if n != "plan"]
+            subprocess.run([EMBERLINE, "plan", scene, "-o", value, "--quiet", *planned], check=True)
+        return settings, self.work / scene
 
     def command(self, settings, scene):
         """Returns the channels that the command writes. If the settings render a part, merges that part alone."""

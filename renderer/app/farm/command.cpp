@@ -27,6 +27,7 @@
 #include "renderer/output/checkpoint_head.h"
 #include "renderer/output/frame_merge.h"
 #include "renderer/output/outputs.h"
+#include "renderer/output/sample_plan_file.h"
 #include "renderer/scene/embree_isa.h"
 
 namespace emberline {
@@ -74,6 +75,7 @@ RenderOptions prepare_options(const FarmOptions& farm) {
     const std::string_view name = name_of(aov_table(), *heatmap.quantity->aov);
     o.aovs += (o.aovs.empty() ? "" : ",") + std::string(name);
   }
+  if (o.driver == "adaptive" && o.plan.empty()) o.plan = FarmFolder(o.outputs.front()).plan();
   // All nodes must use the same Embree instruction set, because a merge rejects parts with
   // different instruction sets.
   o.isa = o.isa.value_or(widest_isa());
@@ -109,7 +111,8 @@ void check_file_types(const FarmFolder& folder) {
                      : expected_type == fs::file_type::directory ? "not a folder"
                                                                  : "not a regular file");
   };
-  for (const char* name : {"job.json", "settings.json", "part.sh", "merge.sh", "merge.json"})
+  for (const char* name :
+       {"job.json", "settings.json", "plan.sh", "frame.plan", "part.sh", "merge.sh", "merge.json"})
     check(folder.file(name), fs::file_type::regular);
   for (const char* name : {"logs", "progress"}) {
     check(folder.file(name), fs::file_type::directory);
@@ -153,17 +156,35 @@ void reject_running(const FarmFolder& folder) {
       folder.path, tasks.size());
 }
 
+// Returns whether the plan of a planned frame exists and fits the frame.
+bool has_valid_plan(const FrameSettings& settings) {
+  RenderOptions options;
+  static_cast<FrameSettings&>(options) = settings;
+  try {
+    LoadProgress progress({}, {}, limits_of(options.limits, options.scene));
+    SamplePlanFile(options, limits_of(options.limits, options.scene))
+        .check(checkpoint_head(options, RenderPlan(options), {},
+                               input_fingerprints(options, progress)));
+    return true;
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
 // Throws InputError for a checkpoint with other settings or of an earlier version of the scene. The
 // jobs would reject such a checkpoint as well. But if all checkpoints were of this kind, the merge
 // would write the picture of another frame. Returns the number of parts that have a checkpoint.
-int check_checkpoints(const FarmFolder& folder, const FrameSettings& settings, uint32_t parts) {
+int check_checkpoints(const FarmFolder& folder, const FrameSettings& settings, uint32_t parts,
+                      bool has_plan) {
   RenderOptions options;
   static_cast<FrameSettings&>(options) = settings;
   options.part = FramePart{1, parts};
   const RenderPlan plan(options);
   LoadProgress progress({}, {}, limits_of(options.limits, options.scene));
+  FrameSettings inputs = settings;
+  if (!has_plan) inputs.plan.clear();  // plan.sh will write it
   const nlohmann::json head =
-      checkpoint_head(options, plan, {}, input_fingerprints(options, progress));
+      checkpoint_head(options, plan, {}, input_fingerprints(inputs, progress));
   int resumable_parts = 0;
   for (uint32_t part = 1; part <= parts; ++part) {
     const std::string path = folder.checkpoint(part, parts);
@@ -205,6 +226,7 @@ void write_folder(const FarmFrame& frame, bool stage) {
   remove_progress(folder, all_parts(frame.parts));
   const std::string settings = folder.file("settings.json");
   write_file_atomically(settings, settings_json(frame.options, settings));
+  if (is_planned(frame)) write_file_atomically(folder.file("plan.sh"), plan_script(frame));
   write_file_atomically(folder.file("part.sh"), part_script(frame, stage));
   write_file_atomically(folder.file("merge.sh"), merge_script(frame));
 }
@@ -228,20 +250,31 @@ void write_record(const FarmFolder& folder, const FarmRecord& record) {
   write_file_atomically(folder.file("job.json"), record_json(record));
 }
 
-// Submits the parts as a job array. Then submits a merge, which runs after the parts and after
+// If `plan` is set, submits plan.sh first, and the parts begin after it. Submits the parts as a job
+// array. Then submits a merge, which runs after the parts and after
 // `others` (unfinished jobs or tasks). Rewrites job.json after each submission, so that `farm
 // cancel` finds every submitted job even after a crash.
-void submit(const FarmFolder& folder, FarmRecord& record, const std::vector<uint32_t>& parts,
-            const std::vector<std::string>& others) {
+void submit(const FarmFolder& folder, FarmRecord& record, bool plan,
+            const std::vector<uint32_t>& parts, const std::vector<std::string>& others) {
   std::vector<std::string> dependencies = others;
   std::vector<uint64_t> submitted;
   write_record(folder, record);  // fails before any job is submitted
   try {
+    if (plan) {
+      submitted.push_back(
+          submit_job(record.request, folder.path, "plan.sh", {log_argument(folder, "plan.log")}));
+      record.plan = submitted.back();
+      write_record(folder, record);
+    }
     if (!parts.empty()) {
       // A minute before the time limit, the script's process gets a signal and saves the part.
-      submitted.push_back(submit_job(record.request, folder.path, "part.sh",
-                                     {"--array=" + format_ranges(parts),
-                                      log_argument(folder, "part-%a.log"), "--signal=B:TERM@60"}));
+      std::vector<std::string> words = {"--array=" + format_ranges(parts),
+                                        log_argument(folder, "part-%a.log"), "--signal=B:TERM@60"};
+      if (const auto job = record.plan; job && !fs::exists(folder.plan())) {
+        words.push_back(fmt::format("--dependency=afterok:{}", *job));
+        words.push_back("--kill-on-invalid-dep=yes");
+      }
+      submitted.push_back(submit_job(record.request, folder.path, "part.sh", words));
       record.arrays.push_back(submitted.back());
       write_record(folder, record);
       dependencies.push_back(std::to_string(submitted.back()));
@@ -259,7 +292,8 @@ void submit(const FarmFolder& folder, FarmRecord& record, const std::vector<uint
     throw;
   }
   if (parts.empty()) return log_info(fmt::format("submitted the merge as job {}", *record.merge));
-  log_info(fmt::format("submitted {} parts as job {}, and the merge as job {}", parts.size(),
+  log_info(fmt::format("submitted {}{} parts as job {}, and the merge as job {}",
+                       plan ? fmt::format("the plan as job {}, ", *record.plan) : "", parts.size(),
                        record.arrays.back(), *record.merge));
 }
 
@@ -282,15 +316,26 @@ int submit_frame(const FarmOptions& farm) {
                     {.option = "-o", .marker = "emberline-farm.json", .exclusive = true});
   check_file_types(folder);
   reject_running(folder);
-  const std::vector<std::string> names = {"settings.json", "part.sh", "merge.sh", "job.json"};
+  const std::vector<std::string> names = {"settings.json", "plan.sh",  "frame.plan",
+                                          "part.sh",       "merge.sh", "job.json"};
   owned.claim(names);
-  const int resumable_parts = check_checkpoints(folder, frame.options, frame.parts);
+  // A plan that the user names must exist; the jobs would fail without it.
+  const bool makes_plan = is_planned(frame) && frame.options.plan == folder.plan();
+  const bool has_plan = makes_plan && has_valid_plan(frame.options);
+  const int resumable_parts =
+      check_checkpoints(folder, frame.options, frame.parts, has_plan || !makes_plan);
+  if (makes_plan && !has_plan) fs::remove(folder.plan());
   write_folder(frame, farm.stage);
-  FarmRecord record{frame.options.scene, frame.parts, farm.request, {}, {}};
+  FarmRecord record;
+  record.scene = frame.options.scene;
+  record.parts = frame.parts;
+  record.request = farm.request;
+  record.is_planned = makes_plan;
   if (farm.print) {
     write_record(folder, record);
     const std::string script = "sh " + shell_quoted(folder.file("part.sh")) + " {part}";
-    print_result((farm.stage ? script : part_command(frame, "{part}", "{parts}")) + "\n" +
+    print_result((makes_plan && !has_plan ? plan_command(frame) + "\n" : "") +
+                 (farm.stage ? script : part_command(frame, "{part}", "{parts}")) + "\n" +
                  merge_command(frame) + "\n");
     log_info(folder.path +
              " has part.sh and merge.sh; without --print, this command submits them to Slurm");
@@ -299,7 +344,7 @@ int submit_frame(const FarmOptions& farm) {
   if (resumable_parts > 0) {
     log_info(fmt::format("{} of the parts continue from their checkpoints", resumable_parts));
   }
-  submit(folder, record, all_parts(frame.parts), {});
+  submit(folder, record, makes_plan && !has_plan, all_parts(frame.parts), {});
   return kExitDone;
 }
 
@@ -320,13 +365,15 @@ int retry_frame(const FarmFolder& folder) {
   FrameSettings settings;
   read_settings(folder.file("settings.json"), settings);
   settings.scene = record.scene;
-  check_checkpoints(folder, settings, record.parts);
+  const bool has_plan = record.is_planned && has_valid_plan(settings);
+  check_checkpoints(folder, settings, record.parts, has_plan || !record.is_planned);
   const std::vector<SlurmTask> tasks = require_queued_tasks(record.jobs());
-  bool is_merge_queued = false;
+  bool is_merge_queued = false, is_plan_queued = false;
   std::set<uint32_t> queued_parts;
   std::vector<std::string> others;
   for (const SlurmTask& task : tasks) {
     is_merge_queued |= record.merge == task.job;
+    is_plan_queued |= record.plan == task.job;
     if (!task.task || !queued_parts.insert(*task.task).second) continue;
     others.push_back(task.id());
   }
@@ -346,7 +393,10 @@ int retry_frame(const FarmFolder& folder) {
   }
   if (record.merge) cancel_jobs(std::span(&*record.merge, 1));
   remove_progress(folder, missing_parts);
-  submit(folder, record, missing_parts, others);
+  const bool needs_plan =
+      record.is_planned && !has_plan && !is_plan_queued && !missing_parts.empty();
+  if (needs_plan) fs::remove(folder.plan());
+  submit(folder, record, needs_plan, missing_parts, others);
   return kExitDone;
 }
 

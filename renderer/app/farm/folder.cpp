@@ -60,6 +60,7 @@ std::string FarmFolder::checkpoint(uint32_t part, uint32_t parts) const {
 
 std::vector<uint64_t> FarmRecord::jobs() const {
   std::vector<uint64_t> jobs = arrays;
+  if (plan) jobs.push_back(*plan);
   if (merge) jobs.push_back(*merge);
   return jobs;
 }
@@ -72,6 +73,8 @@ std::string record_json(const FarmRecord& record) {
                                  {"cpus", value_or_null(record.request.cpus)},
                                  {"memory_bytes", value_or_null(record.request.memory_bytes)},
                                  {"minutes", value_or_null(record.request.minutes)},
+                                 {"planned", record.is_planned},
+                                 {"plan", value_or_null(record.plan)},
                                  {"arrays", record.arrays},
                                  {"merge", value_or_null(record.merge)}};
   return json.dump(2) + "\n";
@@ -92,6 +95,11 @@ FarmRecord read_record(const FarmFolder& folder) {
   record.request.memory_bytes =
       read_optional_integer<uint64_t>(json["memory_bytes"], uint64_t(1) << 63);
   record.request.minutes = read_optional_integer<int>(json["minutes"], 10000000);
+  // Version 1.0 could not plan frames.
+  if (json.has("planned")) {
+    record.is_planned = json["planned"].boolean();
+    record.plan = read_optional_integer<uint64_t>(json["plan"], kMaxJob);
+  }
   const JsonReader arrays = json["arrays"];
   if (arrays.size() > 10000) arrays.throw_expected("at most 10000 jobs");
   for (size_t i = 0; i < arrays.size(); ++i)

@@ -3,6 +3,7 @@
 //
 //   settings.json   the frame's settings, for `render --settings`
 //   part.sh         renders a part; merge.sh merges the parts
+//   plan.sh         for an adaptive frame: makes frame.plan, which the parts need
 //   job.json        the submitted jobs: FarmRecord
 //   progress/       part-K.json, as written by render --progress-file
 //   logs/           part-K.log, merge.log
@@ -30,6 +31,7 @@ struct FarmFolder {
 
   std::string file(const std::string& name) const { return path + "/" + name; }
   std::string progress(uint32_t part) const;
+  std::string plan() const { return file("frame.plan"); }
   std::string checkpoint(uint32_t part, uint32_t parts) const;
   // Whether Slurm opens the logs. Slurm interprets % and \ in the names of logs, and no way of
   // escaping works for both characters. If the folder's path contains one of them or a control
@@ -46,10 +48,12 @@ struct FarmRecord {
   std::string scene;
   uint32_t parts = 0;
   SlurmRequest request;
+  bool is_planned = false;        // the parts need frame.plan
+  std::optional<uint64_t> plan;   // the last job of plan.sh
   std::vector<uint64_t> arrays;   // job arrays of the parts, in the order of submission
   std::optional<uint64_t> merge;  // the job of the merge; absent: nothing was submitted
 
-  std::vector<uint64_t> jobs() const;  // the arrays and, if set, the merge
+  std::vector<uint64_t> jobs() const;  // the arrays and, if set, plan and merge
 };
 
 // Validates the file. Throws InputError if it is missing or invalid.

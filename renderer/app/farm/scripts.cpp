@@ -166,6 +166,15 @@ std::string part_arguments(const FarmFrame& frame, const std::string& scene,
 
 }  // namespace
 
+bool is_planned(const FarmFrame& frame) { return !frame.options.plan.empty(); }
+
+std::string plan_command(const FarmFrame& frame) {
+  return fmt::format("{} plan {} --settings {} -o {} --verbose", shell_quoted(frame.program),
+                     shell_quoted(frame.options.scene),
+                     shell_quoted(frame.folder.file("settings.json")),
+                     shell_quoted(frame.options.plan));
+}
+
 std::string part_command(const FarmFrame& frame, const std::string& part,
                          const std::string& parts) {
   return part_arguments(frame, shell_quoted(frame.options.scene), part, parts);
@@ -174,6 +183,11 @@ std::string part_command(const FarmFrame& frame, const std::string& part,
 std::string merge_command(const FarmFrame& frame) {
   return merge_arguments(frame) + " " + shell_quoted(frame.folder.output + ".part-") +
          fmt::format("*-of-{}.checkpoint", frame.parts);
+}
+
+std::string plan_script(const FarmFrame& frame) {
+  return "#!/bin/sh\n# Decides the sample counts of the frame, before the parts.\n" +
+         log_line(frame.folder, "plan.log", "") + "exec " + plan_command(frame) + "\n";
 }
 
 std::string part_script(const FarmFrame& frame, bool stage) {

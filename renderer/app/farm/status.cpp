@@ -165,6 +165,19 @@ PartStatus part_status(const FarmFolder& folder, const FarmRecord& record, const
   return status;
 }
 
+PartStatus plan_status(const FarmFolder& folder, const FarmRecord& record, const Queue& queue) {
+  PartStatus status;
+  if (std::filesystem::exists(folder.plan())) {
+    status.state = kDone;
+    status.done = 1;
+  } else if (!queue.known && record.plan) {
+    status.state = kUnknown;
+  }
+  if (record.plan) apply_queue_state(queue, std::to_string(*record.plan), status);
+  set_message(folder.file("logs/plan.log"), status);
+  return status;
+}
+
 PartStatus merge_status(const FarmFolder& folder, const FarmRecord& record, const Queue& queue) {
   PartStatus status;
   if (std::filesystem::exists(folder.file("merge.json"))) {
@@ -233,6 +246,7 @@ FarmStatus farm_status(const FarmFolder& folder) {
     status.parts.push_back(part_status(folder, record, queue, part));
     status.done += status.parts.back().done / record.parts;
   }
+  if (record.is_planned) status.plan = plan_status(folder, record, queue);
   status.merge = merge_status(folder, record, queue);
   status.left_s = time_left(status.parts);
   return status;
@@ -246,6 +260,7 @@ std::string status_json(const FarmStatus& status) {
     entry.update(json_of(part));
     json["parts"].push_back(entry);
   }
+  if (status.plan) json["plan"] = json_of(*status.plan);
   json["merge"] = json_of(status.merge);
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -261,6 +276,7 @@ std::string status_text(const FarmStatus& status) {
   if (status.left_s && *status.left_s > 0)
     text += ", " + readable_seconds(*status.left_s) + " left";
   text += "\n";
+  if (status.plan) text += format_row("plan", *status.plan);
   for (const PartStatus& part : status.parts) {
     if (part.state == kWaiting || part.state == kDone) continue;
     text += format_row(fmt::format("part {}", part.part), part);

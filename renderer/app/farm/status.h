@@ -15,7 +15,7 @@ namespace emberline {
 enum class PartState : uint8_t { kWaiting, kRunning, kDone, kStopped, kFailed, kUnknown };
 
 struct PartStatus {
-  uint32_t part = 0;  // 0: the merge
+  uint32_t part = 0;  // 0: the plan or the merge
   PartState state = PartState::kWaiting;
   double done = 0;  // fraction, 0 to 1
   uint64_t samples = 0;
@@ -27,6 +27,7 @@ struct PartStatus {
 struct FarmStatus {
   std::string output;
   std::vector<PartStatus> parts;
+  std::optional<PartStatus> plan;  // absent: the parts need no plan
   PartStatus merge;
   double done = 0;
   std::optional<double> left_s;  // for all parts; absent: unknown

@@ -39,6 +39,11 @@ constexpr uint32_t kNoiselessGrowth = 64;
 // An error below this fraction of the threshold is rounding noise.
 constexpr float kNoiselessFraction = 1e-6f;
 
+// A planned count is at least this fraction of the mean count, since pixels that look free of noise
+// may have missed rare light, and at most this multiple of the samples on which the plan is based.
+constexpr uint32_t kMinPlannedFraction = 8;
+constexpr float kMaxPlannedGrowth = 16.0f;
+
 constexpr uint32_t kMinPilot = 8, kMaxPilot = 16;
 // Estimators that use halves first update at this many pilot samples, then at every doubling.
 constexpr uint32_t kFirstHalf = 8;
@@ -94,6 +99,9 @@ uint32_t hash_of_round(uint32_t seed, int round) {
 
 // Returns the next power of two above `current`, which must be below 2^24.
 float next_power_of_two(float current) { return float(std::bit_ceil(uint32_t(current) + 1)); }
+
+// Returns the least multiple of `step` that is at least `count`.
+float round_up(float count, uint32_t step) { return std::ceil(count / float(step)) * float(step); }
 
 constexpr double kUnlimited = 1e18;
 
@@ -473,6 +481,36 @@ bool RoundPlanner::allocate_evenly() {
     }
   }
   return true;
+}
+
+std::vector<uint32_t> RoundPlanner::planned_counts(const AdaptiveSettings& limits) const {
+  const size_t pixels = targets_.size();
+  if (errors_.error.empty() || entry_.batch > 0) return {};
+  const float limit = sample_limit(limits);
+  const auto least = float(std::max(
+      {kMinPilot, std::bit_floor(limits.budget / kMinPlannedFraction), limits.min_samples}));
+  std::vector<float> rates(pixels), counts;
+  std::vector<SampleBounds> bounds(pixels);
+  parallel_ranges(pixels, kGrain, [&](size_t begin, size_t end) {
+    for (size_t i = begin; i < end; ++i) {
+      const auto current = float(targets_[i]);
+      float most = kMaxPlannedGrowth * current;
+      if (limits.threshold > 0.0f) {
+        const float ratio = std::min(errors_.error[i] / limits.threshold, 1e6f);
+        const float wanted = std::min(most, current * ratio * ratio * kThresholdMargin);
+        most = round_up(wanted, count_multiple(wanted, false));
+      }
+      bounds[i] = {std::min(least, limit), std::min(std::max(least, most), limit)};
+      rates[i] = jitter_rate(errors_.deviation[i] / std::sqrt(statistics_.cost[i]), seed_, i);
+    }
+  });
+  // If no pixel has shown noise, there may still be noise, so all pixels get the same rate.
+  if (std::ranges::none_of(rates, [](float rate) { return rate > 0.0f; })) {
+    for (size_t i = 0; i < pixels; ++i) rates[i] = jitter_rate(1.0f, seed_, i);
+  }
+  const double budget = limits.budget > 0 ? double(limits.budget) : kUnlimited;
+  allocate_steps(rates, bounds, budget * double(pixels), &counts);
+  return {counts.begin(), counts.end()};  // all counts are whole numbers
 }
 
 void RoundPlanner::archive(Archive& archive) {

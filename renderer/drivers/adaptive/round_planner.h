@@ -53,6 +53,10 @@ class RoundPlanner {
   // `targets` samples, according to the last update. The gains are 0 before the first update.
   void expected_gains(std::span<const uint32_t> current, std::span<const uint32_t> targets,
                       std::vector<float>* gains) const;
+  // Returns the counts of a frame that begins anew, with these limits and no further decisions.
+  // They follow from the last update, and do not exceed 16 times the present counts. Returns an
+  // empty list before the first update, and for estimators that do not estimate deviations.
+  std::vector<uint32_t> planned_counts(const AdaptiveSettings& limits) const;
   // Updates only the error estimates.
   void update(const FilmTile& film);
 

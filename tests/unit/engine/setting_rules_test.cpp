@@ -328,7 +328,7 @@ TEST(SettingRules, HelpTellsThem) {
   EXPECT_EQ(help("env").rules, "; excludes `sun`");
   EXPECT_EQ(help("max-spp").rules,
             "; requires `driver` adaptive or bucket with `noise-threshold`; excludes `unbiased`");
-  EXPECT_EQ(help("part").rules, "; requires `driver` bucket");
+  EXPECT_EQ(help("part").rules, "; requires `driver` bucket or `plan`");
   EXPECT_EQ(help("fps").rules, "");
   EXPECT_NE(help("aov").values.find("undoes the clamping; requires `clamp-indirect`\n"),
             std::string::npos);
@@ -338,7 +338,7 @@ TEST(SettingRules, HelpTellsThem) {
             "`unbiased`.");
   EXPECT_EQ(as_sentences(""), "");
   EXPECT_EQ(rules_of(option_rules(), "snapshots"),
-            "; requires `driver` bisection or adaptive; excludes `part`, `sample-range`, "
+            "; requires `driver` bisection or adaptive; excludes `plan`, `part`, `sample-range`, "
             "`working-space`");
 }
 

@@ -134,5 +134,47 @@ TEST(RoundPlannerOfSteps, AThresholdIsMetAndNotMuchMore) {
   EXPECT_LT(spent, 1.6);
 }
 
+// One half has four times the deviation of the other. A plan for any budget gives it four times the
+// samples, within the steps between counts.
+TEST(StepPlanner, PlannedCountsFollowTheDeviations) {
+  SyntheticFrame frame(96, 48, 13, [](int x, int, TestRandom& random) {
+    return noisy(random, 0.4f, x < 48 ? 0.03f : 0.12f);
+  });
+  const AdaptiveSettings pilot = nested_budget_settings(32);
+  RoundPlanner planner(pilot, 96, 48, 5);
+  EXPECT_TRUE(planner.planned_counts(pilot).empty());
+  frame.render(planner);
+  for (const uint32_t budget : {24u, 256u, 1000u}) {
+    AdaptiveSettings limits = pilot;
+    limits.budget = budget;
+    const std::vector<uint32_t> counts = planner.planned_counts(limits);
+    ASSERT_EQ(counts.size(), 96u * 48);
+    double quiet = 0, loud = 0;
+    for (size_t i = 0; i < counts.size(); ++i) {
+      (i % 96 < 48 ? quiet : loud) += counts[i];
+      ASSERT_GE(counts[i], std::max(8u, budget / 16));
+      ASSERT_LE(counts[i], 16 * frame.counts()[i]);
+    }
+    const double mean = (quiet + loud) / double(counts.size());
+    const bool is_limited = budget == 1000;  // 16 times the loud half's samples of the pilot
+    EXPECT_LE(mean, 1.002 * budget);
+    EXPECT_GE(mean, (is_limited ? 0.5 : 0.9) * budget);
+    EXPECT_NEAR(loud / quiet, 4.0, 1.0) << budget;
+  }
+  // A threshold needs n (error / threshold)^2 samples.
+  AdaptiveSettings limits = pilot;
+  limits.budget = 0;
+  limits.threshold = 1e-3f;
+  limits.max_samples = 4096;
+  const std::vector<uint32_t> counts = planner.planned_counts(limits);
+  double ratio = 0;
+  for (size_t i = 0; i < counts.size(); ++i) {
+    const double error = planner.errors().error[i] / 1e-3;
+    const double needed = frame.counts()[i] * error * error;
+    ratio += counts[i] / std::clamp(needed, 8.0, std::min(4096.0, 16.0 * frame.counts()[i]));
+  }
+  EXPECT_NEAR(ratio / double(counts.size()), 1.1, 0.1);
+}
+
 }  // namespace
 }  // namespace emberline

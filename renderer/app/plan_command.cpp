@@ -1,0 +1,61 @@
+#include <algorithm>
+#include <cmath>
+
+#include "renderer/app/command_frame.h"
+#include "renderer/app/commands.h"
+#include "renderer/core/errors.h"
+#include "renderer/core/hash.h"
+#include "renderer/output/option_rules.h"
+#include "renderer/output/sample_plan_file.h"
+
+namespace emberline {
+namespace {
+
+// The pilot takes this fraction of the frame's samples, but at least kMinPilotSamples per pixel.
+constexpr uint32_t kPilotFraction = 8, kMinPilotSamples = 16;
+// Keeps the samples of the pilot apart from those of the frame. As the counts then do not depend on
+// the frame's samples, the frame is unbiased (Kirk & Arvo 1991, "Unbiased Sampling Techniques for
+// Image Synthesis").
+constexpr uint32_t kPilotSeed = 0x9170u;
+
+// Returns the options of the adaptive frame whose estimates decide the counts.
+RenderOptions pilot_of(const RenderOptions& planned) {
+  RenderOptions pilot = planned;
+  pilot.seed = hash_combine(planned.seed, kPilotSeed);
+  pilot.min_spp.reset();
+  if (const uint32_t budget = RenderPlan(planned).samples_per_pixel; budget > 0) {
+    pilot.spp = std::min(budget, std::max(kMinPilotSamples, budget / kPilotFraction));
+  }
+  // The variance of a mean is inversely proportional to the number of samples.
+  if (planned.noise_threshold) {
+    pilot.noise_threshold = *planned.noise_threshold * std::sqrt(float(kPilotFraction));
+  }
+  pilot.denoise = pilot.light_groups = false;
+  pilot.aovs.clear();
+  pilot.cryptomattes.clear();
+  pilot.half.clear();
+  return pilot;
+}
+
+}  // namespace
+
+int run_plan(const PlanOptions& options) {
+  RenderOptions planned = options.frame;
+  if (options.output.empty()) throw UsageError("plan needs an output: -o FILE.plan");
+  // The rules of the setting `plan` say which frames can be planned.
+  planned.plan = options.output;
+  check_options(planned);
+  planned.plan.clear();
+  check_plan_output(options.output);
+  const RenderOptions pilot = pilot_of(planned);
+  RenderRun run(pilot);
+  CommandFrame frame(run, pilot);
+  frame.load();
+  frame.build();
+  frame.render();
+  const int exit_code = frame.write_plan(planned, options.output);
+  run.end(exit_code);
+  return exit_code;
+}
+
+}  // namespace emberline

@@ -1,0 +1,48 @@
+// The file of a frame's sample counts: `emberline plan` writes it, the setting `plan` names it.
+//
+// It is a record file (io/files/record_file.h). Its head is that of a checkpoint
+// (checkpoint_head.h) with one more member in "settings", which marks the file as a plan. Its
+// records are those of a frame with one film (checkpoint.h), and hold the counts: one u32 per pixel
+// of the crop, in rows from the top.
+#pragma once
+
+#include <memory>
+#include <nlohmann/json_fwd.hpp>
+#include <span>
+#include <string>
+
+#include "io/json/value.h"
+#include "renderer/core/load_progress.h"
+#include "renderer/core/memory_budget.h"
+#include "renderer/drivers/sample_plan.h"
+#include "renderer/output/render_options.h"
+
+namespace emberline {
+
+// Throws UsageError if the path is not writable or names a file that is not a plan.
+void check_plan_output(const std::string& path);
+
+// Writes a plan. `head` is the checkpoint_head() of the planned frame. Throws RenderError.
+void write_sample_plan(const std::string& path, const nlohmann::json& head, const SamplePlan& plan);
+
+class SamplePlanFile {
+ public:
+  // Reads the file that the options name, and reserves the memory of the counts. Throws InputError
+  // if the file is not a plan, is damaged, exceeds the limits, or was made for a frame of another
+  // size or for other pixels.
+  SamplePlanFile(const RenderOptions& options, const LoadLimits& limits);
+
+  const std::shared_ptr<const SamplePlan>& plan() const { return plan_; }
+  // Throws an InputError that lists the differences if the plan was made for another frame than the
+  // one with the head `now`. The frame may be a crop or a part of the planned frame, and may have
+  // other channels.
+  void check(const nlohmann::json& now) const;
+
+ private:
+  const std::string path_;
+  JsonValue head_;
+  MemoryReservation memory_;
+  std::shared_ptr<const SamplePlan> plan_;
+};
+
+}  // namespace emberline

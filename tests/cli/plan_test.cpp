@@ -1,0 +1,171 @@
+// Tests `emberline plan` and frames whose sample counts come from a plan.
+
+#include <sys/stat.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <numeric>
+
+#include "cli/command_test.h"
+
+namespace emberline::test {
+namespace {
+
+class Plan : public CommandTest {
+ protected:
+  static Words adaptive() {
+    return {"--driver", "adaptive", "--spp", "32", "--size", "40x24", "--bucket-size", "16"};
+  }
+  Words plan_words(const Words& more = {}) {
+    return Words{"plan", scene(), "-o", path("frame.plan")} + adaptive() + more;
+  }
+  Words planned(const std::string& output, const Words& more = {}) {
+    return Words{"render", scene(), "-o", path(output)} + adaptive() +
+           Words{"--plan", path("frame.plan")} + more;
+  }
+  void write_bytes(const std::string& name, const std::vector<uint8_t>& bytes) const {
+    write(name, std::string(bytes.begin(), bytes.end()));
+  }
+};
+
+TEST_F(Plan, WholeFrameEqualsItsPartsCropsAndThreads) {
+  for (const Words& more : {Words{}, Words{"--noise-threshold", "0.03", "--denoise"}}) {
+    render(plan_words(more));
+    render(planned("whole.exr", more + Words{"--threads", "1"}));
+    const ExrPicture whole = read_exr(path("whole.exr"));
+    render(planned("again.exr", more + Words{"--threads", "3", "--bucket-order", "spiral"}));
+    EXPECT_EQ(first_difference(whole, read_exr(path("again.exr"))), "");
+    for (const char* part : {"1/2", "2/2"}) {
+      render(planned("merged.exr", more + Words{"--part", part}));
+    }
+    render({"merge", path("merged.exr.part-1-of-2.checkpoint"),
+            path("merged.exr.part-2-of-2.checkpoint"), "-o", path("merged.exr")});
+    EXPECT_EQ(first_difference(whole, read_exr(path("merged.exr"))), "");
+    // The denoised layer of a crop differs, because it lacks the neighbouring pixels.
+    render(planned("crop.exr", more + Words{"--crop", "5,3,33,20", "--bucket-size", "7"}));
+    const ExrPicture crop = read_exr(path("crop.exr"));
+    for (const char* channel : {"R", "G", "B", "A", "samples"}) {
+      for (int y = 3; y < 20; ++y) {
+        for (int x = 5; x < 33; ++x)
+          ASSERT_EQ(crop.at(channel, x, y), whole.at(channel, x, y)) << channel << x << ',' << y;
+      }
+    }
+  }
+}
+
+TEST_F(Plan, CountsKeepTheBudgetAndFollowTheNoise) {
+  const RunResult made = render(plan_words());
+  EXPECT_NE(made.err.find("frame.plan: 3"), std::string::npos) << made.describe();
+  render(planned("out.exr"));
+  const ExrPicture picture = read_exr(path("out.exr"));
+  const std::vector<float>& samples = picture.channels.at("samples");
+  const double mean = std::accumulate(samples.begin(), samples.end(), 0.0) / double(samples.size());
+  EXPECT_LE(mean, 32.0);
+  EXPECT_GT(mean, 31.0);
+  const auto [least, most] = std::ranges::minmax(samples);
+  EXPECT_GE(least, 8);
+  EXPECT_GE(most, 2 * least);
+}
+
+TEST_F(Plan, StoppedFrameResumes) {
+  render(plan_words());
+  render(planned("whole.exr"));
+  const Words words = planned("out.exr", {"--resume", "--resumable"});
+  run(words + Words{"--time-limit", "0.001"});
+  render(words);
+  EXPECT_EQ(first_difference(read_exr(path("whole.exr")), read_exr(path("out.exr"))), "");
+  // The plan's bytes belong to the frame.
+  render(plan_words({"--max-spp", "64"}));
+  expect_failure(words + Words{"--max-spp", "64"}, 3, {"out.exr.checkpoint", "--plan changed"});
+  expect_failure({"extend", path("out.exr"), "--spp", "64"}, 3, {"come from a plan"});
+}
+
+TEST_F(Plan, AnotherFrameIsRefused) {
+  render(plan_words());
+  const std::pair<Words, std::string> rows[] = {{{"--spp", "64"}, "--spp: 32 (now 64)"},
+                                                {{"--seed", "1"}, "--seed: 0 (now 1)"},
+                                                {{"--max-spp", "64"}, "--max-spp"},
+                                                {{"--max-depth", "2"}, "--max-depth"},
+                                                {{"--size", "41x24"}, "40x24"}};
+  for (const auto& [more, reason] : rows) {
+    expect_failure(planned("out.exr", more), 3, {"frame.plan", reason});
+  }
+  render(plan_words({"--crop", "0,0,20,24"}));
+  expect_failure(planned("out.exr", {"--crop", "10,0,21,24"}), 3,
+                 {"frame.plan", "0,0,20,24", "10,0,21,24"});
+  render(planned("out.exr", {"--crop", "10,0,20,24"}));
+  // Channels do not affect the samples.
+  render(planned("out.exr", {"--crop", "0,0,20,10", "--aov", "albedo,variance", "--light-groups"}));
+}
+
+TEST_F(Plan, PartsOfTwoPlansAreNotMerged) {
+  render(plan_words());
+  render(planned("out.exr", {"--part", "1/2"}));
+  // A plan with other counts under the same head.
+  std::vector<uint8_t> other = read_bytes(path("frame.plan"));
+  render(plan_words({"--noise-threshold", "0.1"}));
+  render(planned("out.exr", {"--part", "2/2", "--noise-threshold", "0.1"}));
+  expect_failure({"merge", path("out.exr.part-1-of-2.checkpoint"),
+                  path("out.exr.part-2-of-2.checkpoint"), "-o", path("out.exr")},
+                 3, {"--plan changed"});
+}
+
+TEST_F(Plan, DamagedFilesAreRefused) {
+  render(plan_words());
+  const std::vector<uint8_t> bytes = read_bytes(path("frame.plan"));
+  for (size_t length = 0; length < bytes.size(); length += 1 + bytes.size() / 40) {
+    write_bytes("frame.plan", {bytes.begin(), bytes.begin() + std::ptrdiff_t(length)});
+    expect_failure(planned("out.exr"), 3, {"frame.plan"});
+  }
+  for (size_t at = 0; at < bytes.size(); at += 1 + bytes.size() / 40) {
+    std::vector<uint8_t> flipped = bytes;
+    flipped[at] ^= 0x10;
+    write_bytes("frame.plan", flipped);
+    expect_failure(planned("out.exr"), 3, {"frame.plan"});
+  }
+  write("frame.plan", "counts");
+  expect_failure(planned("out.exr"), 3, {"frame.plan", "not a plan"});
+  std::filesystem::remove(path("frame.plan"));
+  expect_failure(planned("out.exr"), 3, {"frame.plan", "not found"});
+  render(Words{"render", scene(), "-o", path("a.exr"), "--resumable"} + adaptive());
+  std::filesystem::rename(path("a.exr.checkpoint"), path("frame.plan"));
+  expect_failure(planned("out.exr"), 3, {"frame.plan", "a checkpoint, not a plan"});
+}
+
+TEST_F(Plan, ReplacesOnlyPlans) {
+  write("frame.plan", "notes");
+  expect_failure(plan_words(), 2, {"frame.plan", "not a plan", "name another file"});
+  std::filesystem::remove(path("frame.plan"));
+  render(plan_words());
+  const std::vector<uint8_t> first = read_bytes(path("frame.plan"));
+  render(plan_words({"--threads", "1"}));
+  EXPECT_EQ(read_bytes(path("frame.plan")), first);
+  // No frame may resume from a plan.
+  expect_failure(Words{"render", scene(), "-o", path("out.exr"), "--resume", "--checkpoint",
+                       path("frame.plan")} +
+                     adaptive(),
+                 3, {"frame.plan", "another frame"});
+}
+
+TEST_F(Plan, WhatCannotBePlannedIsRefused) {
+  const std::pair<Words, Words> rows[] = {{{"--unbiased"}, {"--unbiased"}},
+                                          {{"--allocation", "denoised"}, {"denoised"}},
+                                          {{"--estimator", "kajiya"}, {"kajiya"}},
+                                          {{"--driver", "bucket"}, {"--driver adaptive"}}};
+  for (const auto& [more, parts] : rows) {
+    expect_failure(plan_words(more), 2, parts);
+    expect_failure(planned("out.exr", more), 2, parts);
+  }
+  expect_failure({"plan", scene()}, 2, {"-o FILE.plan"});
+  for (const Words& more :
+       {Words{"--sample-range", "0-4"}, Words{"--frames", "1-2", "-o", path("f.####.exr")},
+        Words{"--snapshots", path("snapshots")}, Words{"--explain", "1,1"}}) {
+    expect_failure(planned("out.exr", more), 2, {more[0]});
+  }
+  // Without a plan, an adaptive frame has no parts.
+  expect_failure(Words{"render", scene(), "-o", path("out.exr"), "--part", "1/2"} + adaptive(), 2,
+                 {"--part", "--plan"});
+}
+
+}  // namespace
+}  // namespace emberline::test
