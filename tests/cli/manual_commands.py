@@ -42,6 +42,7 @@ SHORT_VALUES = {
 # A command gets these options if the page does not give them.
 DEFAULT_OPTIONS = {
     "render": ("--size", "--spp", "--bucket-size"),
+    "plan": ("--size", "--spp", "--bucket-size"),
     "farm": ("--size", "--spp", "--bucket-size"),
     "study": ("--size", "--seeds"),
 }

@@ -206,6 +206,7 @@ const std::vector<WrongValue>& wrong_values() {
       // These options accept any file name. It is checked after the options are parsed.
       {"--env", {}, {}},
       {"--edits", {}, {}},
+      {"--plan", {}, {}},
       {"--settings", {}, {}},
       {"--save-settings", {}, {}},
       {"--resource-root", {}, {}},
