@@ -176,10 +176,39 @@ void CommandFrame::on_picture_changed(const JobProgress& now, const LivePicture&
   // A driver estimates a pass's error when it plans the next pass, so `now` has the estimate for
   // the previous pass.
   if (!passes.empty()) passes.back().error_estimate = now.error_estimate;
-  if (now.pass_finished) passes.push_back({elapsed, now.samples, std::nullopt});
+  if (now.pass_finished) {
+    passes.push_back({elapsed, now.samples, std::nullopt});
+    if (report_.resumed_samples == 0) update_forecast(elapsed);
+  }
   if (snapshots_) clock_->exclude_time([&] { snapshots_->update(now, picture, elapsed); });
   if (viewer_) viewer_->update(picture, elapsed);
   if (checkpoint_.is_due()) checkpoint_.save(*job_);
+}
+
+// The report keeps the first forecast. Later forecasts correct the progress, and are logged if they
+// are outside the interval that was logged before.
+void CommandFrame::update_forecast(double elapsed_s) {
+  const std::optional<WorkForecast> work = job_->forecast();
+  if (!work) return;
+  // Stratified samples converge faster than the forecast assumes; glints converge more slowly.
+  // tests/bench/results/adaptive.md has the figures for the middle and for nine frames in ten.
+  const bool by_threshold = options_.noise_threshold.has_value();
+  const double middle = by_threshold ? 0.7 : 1.0, least = by_threshold ? 0.3 : 0.9,
+               most = by_threshold ? 1.5 : 1.1;
+  constexpr double kShort_s = 5;  // too short for a line in the log
+  const double left_s = elapsed_s * (work->work - 1);
+  const ForecastReport f = {elapsed_s, elapsed_s + middle * left_s, elapsed_s + least * left_s,
+                            elapsed_s + most * left_s, work->samples / double(plan_.crop.area())};
+  const bool is_new = !logged_forecast_ || f.seconds < logged_forecast_->least_s ||
+                      f.seconds > logged_forecast_->most_s;
+  if (!report_.forecast) report_.forecast = f;
+  expected_s_ = f.seconds;
+  if (!is_new) return;
+  logged_forecast_ = f;
+  const std::string text =
+      fmt::format("expected rendering time: {} ({} to {})", readable_seconds(f.seconds),
+                  readable_seconds(f.least_s), readable_seconds(f.most_s));
+  f.seconds < kShort_s ? log_verbose(text) : log_info(text);
 }
 
 void CommandFrame::resume() {

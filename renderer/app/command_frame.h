@@ -54,6 +54,7 @@ class CommandFrame {
   bool unfinished() const { return report_.counters.stopped || denoising_stopped_; }
   void add_light_groups(const LightGroups& groups);
   void on_picture_changed(const JobProgress& now, const LivePicture& picture);
+  void update_forecast(double elapsed_s);
   // Whether a bucket driver was stopped early, so that pixels without samples are written as black.
   bool has_holes() const;
   void report_holes() const;
@@ -87,6 +88,8 @@ class CommandFrame {
   std::optional<RemoteViewer> viewer_;
   FrameCheckpoint checkpoint_;
   std::optional<RenderClock> clock_;
+  std::optional<ForecastReport> logged_forecast_;
+  std::optional<double> expected_s_;  // rendering time by the latest forecast
   WriteAttempts attempts_, snapshot_attempts_;
 };
 

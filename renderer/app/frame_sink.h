@@ -48,7 +48,9 @@ class CommandFrame::FrameSink final : public RenderSink {
     progress_->add(count);
   }
   void picture_changed(const JobProgress& now, const LivePicture& picture) override {
-    if (progress_) frame_.on_picture_changed(now, picture);
+    if (!progress_) return;
+    frame_.on_picture_changed(now, picture);
+    if (frame_.expected_s_) progress_->expect(*frame_.expected_s_);
   }
   void interrupted() override { frame_.checkpoint_.save(*frame_.job_); }
   bool needs_picture() const override {

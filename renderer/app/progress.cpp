@@ -111,8 +111,11 @@ void ProgressDisplay::run(const std::stop_token& thread_stop) {
   }
 }
 
-double ProgressDisplay::fraction(uint64_t done) const {
+double ProgressDisplay::fraction(uint64_t done, double elapsed_s) const {
   if (total_ > 0) return double(done) / double(total_);
+  constexpr double kNearlyDone = 0.99;  // a frame may take longer than expected
+  const double expected_s = expected_s_.load(std::memory_order_relaxed);
+  if (expected_s > 0) return std::min(kNearlyDone, elapsed_s / expected_s);
   return std::min(1.0, fraction_.load(std::memory_order_relaxed));
 }
 
@@ -121,7 +124,7 @@ RenderProgress ProgressDisplay::now() const {
   now.samples = done_.load(std::memory_order_relaxed);
   if (total_ > 0) now.samples = std::min(now.samples, total_);
   now.elapsed_s = Seconds(std::chrono::steady_clock::now() - start_).count();
-  now.done = fraction(now.samples);
+  now.done = fraction(now.samples, now.elapsed_s);
   const double resumed_fraction =
       total_ > 0 ? double(resumed_samples_.load(std::memory_order_relaxed)) / double(total_)
                  : resumed_fraction_.load(std::memory_order_relaxed);

@@ -34,6 +34,8 @@ class ProgressDisplay {
   void add(uint64_t samples) { done_.fetch_add(samples, std::memory_order_relaxed); }
   // For frames whose number of samples is unknown: adds a finished fraction of the whole work.
   void add_fraction(double delta) { fraction_.fetch_add(delta, std::memory_order_relaxed); }
+  // For frames whose number of samples is unknown: the time that the frame is expected to take.
+  void expect(double seconds) { expected_s_.store(seconds, std::memory_order_relaxed); }
   // Adds the work of an earlier run. This work counts as done, but does not affect the rate or the
   // time left.
   void add_resumed(uint64_t samples, double delta) {
@@ -48,12 +50,13 @@ class ProgressDisplay {
   void run(const std::stop_token& thread_stop);
   void check_stop();
   void draw();
-  double fraction(uint64_t done) const;  // finished fraction of the whole; 0 if unknown
+  // Returns the finished fraction of the whole, or 0 if it is unknown.
+  double fraction(uint64_t done, double elapsed_s) const;
   std::string line(const RenderProgress& now) const;
 
   const uint64_t total_;
   std::atomic<uint64_t> done_{0};
-  std::atomic<double> fraction_{0.0};
+  std::atomic<double> fraction_{0.0}, expected_s_{0.0};
   std::atomic<uint64_t> resumed_samples_{0};
   std::atomic<double> resumed_fraction_{0.0};
   StopRequest& stop_;

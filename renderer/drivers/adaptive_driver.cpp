@@ -169,6 +169,11 @@ class AdaptiveDriver final : public FrameDriver {
     return estimate >= 0 ? std::optional(estimate) : std::nullopt;
   }
 
+  std::optional<WorkForecast> forecast() const override {
+    return stage_ == Stage::kRounds && !settings_.adaptive.unbiased ? planner_.forecast()
+                                                                    : std::nullopt;
+  }
+
   PixelStop current_stop(const FilmTile&, int x, int y) const override {
     const size_t i = index(x, y);
     if (finished() || end_stop_) return stop_of(i, end_stop_.value_or(PixelStop::kUser));

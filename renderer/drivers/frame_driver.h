@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "renderer/drivers/work_forecast.h"
 #include "renderer/film/pixel_stop.h"
 
 namespace emberline {
@@ -82,6 +83,9 @@ class FrameDriver {
   virtual uint32_t min_samples(const FilmTile& film) const = 0;
   // Returns the expected RMS error of the displayed picture as of the last decision, if known.
   virtual std::optional<double> error_estimate() const { return std::nullopt; }
+  // Predicts the work of the whole frame. Call at the end of a pass. Returns nullopt if the driver
+  // cannot tell. May take as long as next().
+  virtual std::optional<WorkForecast> forecast() const { return std::nullopt; }
   // Returns why the pixel gets no more samples, or kUnfinished if that is not decided yet.
   virtual PixelStop current_stop(const FilmTile& film, int x, int y) const = 0;
   // Implements LivePicture::resolve(). The default shows the film. Drivers that fill in pixels

@@ -133,6 +133,7 @@ class RenderJob final : public LivePicture {
   std::string history() const { return driver_->history(); }
   std::string explain(int x, int y) const { return driver_->explain(*film_, x, y); }
   void record_pixel(int x, int y) { driver_->record_pixel(x, y); }
+  std::optional<WorkForecast> forecast() const { return driver_->forecast(); }
   std::vector<uint32_t> planned_counts(const AdaptiveSettings& limits) const {
     return driver_->planned_counts(limits);
   }

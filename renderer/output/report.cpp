@@ -196,6 +196,15 @@ OrderedJson passes_json(const std::vector<PassReport>& passes) {
   return list;
 }
 
+OrderedJson forecast_json(const std::optional<ForecastReport>& forecast) {
+  if (!forecast) return OrderedJson();
+  return {{"after_s", forecast->after_s},
+          {"render_s", forecast->seconds},
+          {"render_s_least", forecast->least_s},
+          {"render_s_most", forecast->most_s},
+          {"samples_per_pixel", forecast->samples_per_pixel}};
+}
+
 OrderedJson snapshots_json(const std::vector<SnapshotReport>& snapshots) {
   OrderedJson list = OrderedJson::array();
   for (const SnapshotReport& s : snapshots) {
@@ -270,6 +279,7 @@ std::string report_json(const RenderOptions& options, const RenderReport& r) {
   json["error"] = {{"estimator", r.estimator},
                    {"of", options.allocation == ErrorMetric::kDenoised ? "denoised" : "raw"},
                    {"estimate", number_or_null(r.error_estimate)}};
+  json["forecast"] = forecast_json(r.forecast);
   json["denoise"] = denoise_json(r.denoise);
   json["warnings"] = r.warnings;
   json["features"] = r.features;

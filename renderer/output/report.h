@@ -39,6 +39,15 @@ struct PassReport {
   std::optional<double> error_estimate;  // of the picture at the end of this pass
 };
 
+// What was expected of an adaptive frame soon after its pilot. The interval should hold for nine
+// frames in ten (tests/bench/results/adaptive.md).
+struct ForecastReport {
+  double after_s = 0;              // render time at which it was made
+  double seconds = 0;              // render time of the whole frame
+  double least_s = 0, most_s = 0;  // interval
+  double samples_per_pixel = 0;    // at the end of the frame
+};
+
 struct PartReport {
   std::string file, host, instruction_sets;
 };
@@ -64,6 +73,7 @@ struct RenderReport {
   Rect crop;
   int threads = 0;
   std::vector<PassReport> passes;
+  std::optional<ForecastReport> forecast;
   std::vector<SnapshotReport> snapshots;
   uint64_t resumed_samples = 0;  // samples from the checkpoint, included in the total
   CheckpointReport checkpoint;

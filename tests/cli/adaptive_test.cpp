@@ -171,5 +171,29 @@ TEST_F(Adaptive, TimeLimitIsNotAFailure) {
   EXPECT_NE(std::ranges::find(stops, 4.0f), stops.end());
 }
 
+// The forecast says how long the frame takes in all, and how many samples it will have.
+TEST_F(Adaptive, ReportHasAForecast) {
+  render(adaptive({"--spp", "64", "--size", "32x32", "--report", path("r.json")}));
+  const nlohmann::json forecast = read_json("r.json")["forecast"];
+  EXPECT_NEAR(double(forecast["samples_per_pixel"]), 64.0, 1.0);
+  const double after = forecast["after_s"], seconds = forecast["render_s"];
+  EXPECT_GT(after, 0.0);
+  EXPECT_GE(seconds, after);
+  EXPECT_LE(forecast["render_s_least"], seconds);
+  EXPECT_GE(forecast["render_s_most"], seconds);
+  // The log has it, and so has a frame with a threshold, whose number of samples is not given.
+  const RunResult result =
+      render({"render", scene(), "-o", path("out.exr"), "--size", "32x32", "--driver", "adaptive",
+              "--noise-threshold", "0.01", "--report", path("r.json"), "--verbose"});
+  EXPECT_NE(result.err.find("expected rendering time"), std::string::npos) << result.describe();
+  const nlohmann::json threshold = read_json("r.json");
+  const double expected = threshold["forecast"]["samples_per_pixel"];
+  EXPECT_GT(expected, 8.0);
+  EXPECT_LT(expected, 4096.0);
+  // Every pixel of a bucket frame has the same number of samples, so nothing is to be predicted.
+  render(render_words({"--report", path("r.json")}));
+  EXPECT_TRUE(read_json("r.json")["forecast"].is_null());
+}
+
 }  // namespace
 }  // namespace emberline::test

@@ -483,24 +483,26 @@ bool RoundPlanner::allocate_evenly() {
   return true;
 }
 
-std::vector<uint32_t> RoundPlanner::planned_counts(const AdaptiveSettings& limits) const {
+// Distributes the whole budget of `limits` at once. No count is below `least_of(i)` or above
+// `max_growth` times the present count.
+template <typename LeastOf>
+std::vector<float> RoundPlanner::allocate_anew(const AdaptiveSettings& limits, float max_growth,
+                                               const LeastOf& least_of) const {
   const size_t pixels = targets_.size();
-  if (errors_.error.empty() || entry_.batch > 0) return {};
   const float limit = sample_limit(limits);
-  const auto least = float(std::max(
-      {kMinPilot, std::bit_floor(limits.budget / kMinPlannedFraction), limits.min_samples}));
   std::vector<float> rates(pixels), counts;
   std::vector<SampleBounds> bounds(pixels);
   parallel_ranges(pixels, kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const auto current = float(targets_[i]);
-      float most = kMaxPlannedGrowth * current;
+      float most = max_growth * current;
       if (limits.threshold > 0.0f) {
         const float ratio = std::min(errors_.error[i] / limits.threshold, 1e6f);
         const float wanted = std::min(most, current * ratio * ratio * kThresholdMargin);
         most = round_up(wanted, count_multiple(wanted, false));
       }
-      bounds[i] = {std::min(least, limit), std::min(std::max(least, most), limit)};
+      const float least = std::min(least_of(i), limit);
+      bounds[i] = {least, std::min(std::max(least, most), limit)};
       rates[i] = jitter_rate(errors_.deviation[i] / std::sqrt(statistics_.cost[i]), seed_, i);
     }
   });
@@ -510,7 +512,33 @@ std::vector<uint32_t> RoundPlanner::planned_counts(const AdaptiveSettings& limit
   }
   const double budget = limits.budget > 0 ? double(limits.budget) : kUnlimited;
   allocate_steps(rates, bounds, budget * double(pixels), &counts);
+  return counts;
+}
+
+std::vector<uint32_t> RoundPlanner::planned_counts(const AdaptiveSettings& limits) const {
+  if (errors_.error.empty() || entry_.batch > 0) return {};
+  const auto least = float(std::max(
+      {kMinPilot, std::bit_floor(limits.budget / kMinPlannedFraction), limits.min_samples}));
+  const std::vector<float> counts =
+      allocate_anew(limits, kMaxPlannedGrowth, [least](size_t) { return least; });
   return {counts.begin(), counts.end()};  // all counts are whole numbers
+}
+
+// In the first round, halves are not known yet.
+std::optional<WorkForecast> RoundPlanner::forecast() const {
+  if (errors_.error.empty() || statistics_.size() != targets_.size() || entry_.batch > 0 ||
+      round_ < 2) {
+    return std::nullopt;
+  }
+  const std::vector<float> counts = allocate_anew(settings_, sample_limit(settings_),
+                                                  [&](size_t i) { return float(targets_[i]); });
+  double samples = 0, work = 0, done = 0;
+  for (size_t i = 0; i < counts.size(); ++i) {
+    samples += double(counts[i]);
+    work += double(counts[i]) * double(statistics_.cost[i]);
+    done += double(targets_[i]) * double(statistics_.cost[i]);
+  }
+  return WorkForecast{samples, work / done};
 }
 
 void RoundPlanner::archive(Archive& archive) {

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <stop_token>
 #include <vector>
@@ -14,6 +15,7 @@
 #include "renderer/drivers/adaptive/error_estimator.h"
 #include "renderer/drivers/adaptive/round_averages.h"
 #include "renderer/drivers/adaptive/sample_halves.h"
+#include "renderer/drivers/work_forecast.h"
 #include "renderer/film/pixel_stop.h"
 
 namespace emberline {
@@ -57,6 +59,9 @@ class RoundPlanner {
   // They follow from the last update, and do not exceed 16 times the present counts. Returns an
   // empty list before the first update, and for estimators that do not estimate deviations.
   std::vector<uint32_t> planned_counts(const AdaptiveSettings& limits) const;
+  // Predicts the work of the whole frame. Call when every pixel has its target number of samples.
+  // Returns nullopt as long as the samples are too few. Takes as long as planning a round.
+  std::optional<WorkForecast> forecast() const;
   // Updates only the error estimates.
   void update(const FilmTile& film);
 
@@ -104,6 +109,9 @@ class RoundPlanner {
   // Returns whether the rest of the budget is too small for a round.
   bool is_budget_spent() const;
   bool grow_pilot();
+  template <typename LeastOf>
+  std::vector<float> allocate_anew(const AdaptiveSettings& limits, float max_growth,
+                                   const LeastOf& least_of) const;
   bool allocate_by_deviation();
   void allocate_budget(double total);
   bool allocate_evenly();
