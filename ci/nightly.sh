@@ -24,6 +24,9 @@ checkpoints() {
     tests/farm/disk.py $program scenes && tests/farm/stops.py $program scenes
 }
 bombs() { tests/failure/bombs.py $program; }
+# Tests that measure time, stop a render, or watch one.
+timed='Stop|Signal|AtOnce|TimeLimit|Timeout|OutOfTime|TimesAddUp|FirstSample|Snapshots|WantedPicture|Abandoned'
+timed+='|Watched|WaitFor|Tev|Viewer|Session|Forecast|python_threads|farm_|session_|pictures_test|^window$'
 # Repeats the tests that depend on timing. Meanwhile, every core is busy with other work.
 repeat() {
   local busy=() status=0
@@ -32,7 +35,7 @@ repeat() {
     busy+=($!)
   done
   ctest --preset release -j "$(nproc)" --repeat until-fail:20 \
-    -R 'Stop|Signal|CalledOff|AtOnce|TimeLimit|Tev|Session|python_threads|farm_stops|farm_disk|session_|pictures_test' || status=1
+    -R "$timed" || status=1
   kill "${busy[@]}"
   return $status
 }

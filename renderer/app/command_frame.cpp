@@ -245,8 +245,10 @@ void CommandFrame::render() {
   if (!run_.graceful) run_.graceful.emplace();
   clock_.emplace();
   run_.arena->execute([&] {
+    // For planned frames, the finished buckets tell the progress.
+    const uint64_t samples_per_pixel = sample_plan_ ? 0 : plan_.samples_per_pixel;
     ProgressDisplay progress(
-        uint64_t(double(plan_.crop.area()) * plan_.samples_per_pixel * part_of_frame()), stop_,
+        uint64_t(double(plan_.crop.area()) * double(samples_per_pixel) * part_of_frame()), stop_,
         options_.time_limit_s, allotted_seconds(),
         run_.frame_position ? run_.frame_position->text() : "",
         run_.progress_file ? &*run_.progress_file : nullptr);
@@ -382,6 +384,7 @@ int CommandFrame::write_plan(const RenderOptions& planned, const std::string& pa
   }
   const RenderPlan plan(planned);
   const SamplePlan counts{plan_.crop, job_->planned_counts(plan.driver_settings.adaptive)};
+  if (counts.counts.empty()) throw RenderError("{}: the pilot has no estimates", path);
   LoadProgress progress({}, {}, run_.limits);
   const nlohmann::json& inputs = run_.scene.inputs(options_, progress);
   write_sample_plan(path, checkpoint_head(planned, plan, layers_, inputs), counts);

@@ -41,6 +41,10 @@ RenderOptions pilot_of(const RenderOptions& planned) {
 
 int run_plan(const PlanOptions& options) {
   RenderOptions planned = options.frame;
+  // A settings file may have these. They limit a run, not the frame.
+  planned.time_limit_s.reset();
+  planned.part.reset();
+  planned.sample_range.reset();
   if (options.output.empty()) throw UsageError("plan needs an output: -o FILE.plan");
   // The rules of the setting `plan` say which frames can be planned.
   planned.plan = options.output;

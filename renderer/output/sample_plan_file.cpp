@@ -74,17 +74,30 @@ SamplePlanFile::SamplePlanFile(const RenderOptions& options, const LoadLimits& l
     throw InputError(path_, "it was made for a frame of {}x{} pixels, but this frame has {}x{}",
                      planned.width, planned.height, options.width, options.height);
   }
+  // The file may have any crop, so it is checked before its area is used.
+  if (plan->crop.x0 < 0 || plan->crop.y0 < 0 || plan->crop.x1 > planned.width ||
+      plan->crop.y1 > planned.height || plan->crop.empty()) {
+    throw InputError(path_, "its crop is not inside the frame");
+  }
   if (plan->crop.intersect(crop) != crop) {
     throw InputError(path_,
                      "it was made for the pixels {},{},{},{}, but this frame has {},{},{},{}",
                      plan->crop.x0, plan->crop.y0, plan->crop.x1, plan->crop.y1, crop.x0, crop.y0,
                      crop.x1, crop.y1);
   }
-  const uint64_t bytes = bytes_of(uint64_t(plan->crop.area()), sizeof(uint32_t));
+  const uint64_t pixels = uint64_t(plan->crop.area()), bytes = bytes_of(pixels, sizeof(uint32_t));
   // The counts are read as bytes first.
-  memory_ = MemoryReservation(limits.memory, MemoryPart::kFilm, 2 * bytes, path_);
-  const auto state = read_film_state(file, bytes);
-  if (!state || state->size() != bytes) throw InputError(path_, "the plan is damaged or truncated");
+  memory_ = MemoryReservation(limits.memory, MemoryPart::kFilm,
+                              bytes_of(pixels, 2 * sizeof(uint32_t)), path_);
+  std::optional<std::vector<std::byte>> state;
+  try {
+    state = read_film_state(file, bytes);
+  } catch (const InputError&) {
+  }
+  const auto is_intact = [&](const RecordEntry& record) { return file.is_intact(record); };
+  if (!state || state->size() != bytes || !std::ranges::all_of(file.records(), is_intact)) {
+    throw InputError(path_, "the plan is damaged or truncated");
+  }
   plan->counts.resize(size_t(plan->crop.area()));
   std::memcpy(plan->counts.data(), state->data(), bytes);
   if (std::ranges::any_of(plan->counts, [](uint32_t n) { return n < 1 || n > kMaxSamples; })) {

@@ -300,6 +300,21 @@ TEST_F(Farm, AnAdaptiveFrameIsPlannedFirst) {
                path("out.exr.farm/frame.plan")} +
          adaptive);
   EXPECT_EQ(first_difference(read_exr(path("single.exr")), read_exr(path("out.exr"))), "");
+  // If the plan is lost, it is made again. The other parts keep their checkpoints.
+  fs::remove(path("out.exr.farm/frame.plan"));
+  fs::remove(path("out.exr.farm/merge.json"));
+  fs::remove(path("out.exr.part-2-of-3.checkpoint"));
+  write("bin/sbatch.words", "");
+  render({"farm", "retry", path("out.exr")}, with_slurm_);
+  EXPECT_NE(sbatch_words().find("plan.sh"), std::string::npos);
+  EXPECT_NE(sbatch_words().find("--array=2\n"), std::string::npos) << sbatch_words();
+  ASSERT_EQ(shell("sh '" + path("out.exr.farm/plan.sh") + "' 2>/dev/null"), 0);
+  render_parts({"1/3", "2/3", "3/3"});
+  // A plan of another frame is refused before anything is submitted.
+  write("look.json", R"({"plan": "out.exr.farm/frame.plan"})");
+  expect_failure(
+      farm(path("other.exr"), adaptive + Words{"--settings", path("look.json"), "--max-spp", "32"}),
+      3, {"frame.plan", "another frame"}, with_slurm_);
   const RunResult printed = run(farm(path("new.exr"), adaptive + Words{"--print"}), with_slurm_);
   EXPECT_EQ(printed.out.find(" plan "), printed.out.find(' ')) << printed.describe();
 }

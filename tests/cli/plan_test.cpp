@@ -7,6 +7,7 @@
 #include <numeric>
 
 #include "cli/command_test.h"
+#include "io/files/record_file.h"
 
 namespace emberline::test {
 namespace {
@@ -14,7 +15,7 @@ namespace {
 class Plan : public CommandTest {
  protected:
   static Words adaptive() {
-    return {"--driver", "adaptive", "--spp", "32", "--size", "40x24", "--bucket-size", "16"};
+    return {"--driver", "adaptive", "--spp", "48", "--size", "40x24", "--bucket-size", "16"};
   }
   Words plan_words(const Words& more = {}) {
     return Words{"plan", scene(), "-o", path("frame.plan")} + adaptive() + more;
@@ -55,15 +56,15 @@ TEST_F(Plan, WholeFrameEqualsItsPartsCropsAndThreads) {
 
 TEST_F(Plan, CountsKeepTheBudgetAndFollowTheNoise) {
   const RunResult made = render(plan_words());
-  EXPECT_NE(made.err.find("frame.plan: 3"), std::string::npos) << made.describe();
+  EXPECT_NE(made.err.find("frame.plan: 4"), std::string::npos) << made.describe();
   render(planned("out.exr"));
   const ExrPicture picture = read_exr(path("out.exr"));
   const std::vector<float>& samples = picture.channels.at("samples");
   const double mean = std::accumulate(samples.begin(), samples.end(), 0.0) / double(samples.size());
-  EXPECT_LE(mean, 32.0);
-  EXPECT_GT(mean, 31.0);
+  EXPECT_LE(mean, 48.0);
+  EXPECT_GT(mean, 44.0);
   const auto [least, most] = std::ranges::minmax(samples);
-  EXPECT_GE(least, 8);
+  EXPECT_GE(least, 16);
   EXPECT_GE(most, 2 * least);
 }
 
@@ -82,7 +83,7 @@ TEST_F(Plan, StoppedFrameResumes) {
 
 TEST_F(Plan, AnotherFrameIsRefused) {
   render(plan_words());
-  const std::pair<Words, std::string> rows[] = {{{"--spp", "64"}, "--spp: 32 (now 64)"},
+  const std::pair<Words, std::string> rows[] = {{{"--spp", "64"}, "--spp: 48 (now 64)"},
                                                 {{"--seed", "1"}, "--seed: 0 (now 1)"},
                                                 {{"--max-spp", "64"}, "--max-spp"},
                                                 {{"--max-depth", "2"}, "--max-depth"},
@@ -130,6 +131,38 @@ TEST_F(Plan, DamagedFilesAreRefused) {
   render(Words{"render", scene(), "-o", path("a.exr"), "--resumable"} + adaptive());
   std::filesystem::rename(path("a.exr.checkpoint"), path("frame.plan"));
   expect_failure(planned("out.exr"), 3, {"frame.plan", "a checkpoint, not a plan"});
+}
+
+// The heads have valid checksums, but the crops are not inside the frame or have no area.
+TEST_F(Plan, HostileCropsAreRefused) {
+  render(plan_words());
+  const nlohmann::json good = nlohmann::json::parse(RecordFile(path("frame.plan")).head());
+  for (const char* crop : {"-2147483648,0,2147483647,600", "0,0,1518500250,1518500250",
+                           "-1,0,40,24", "0,0,41,24", "0,0,0,0", "40,24,0,0", "x"}) {
+    nlohmann::json head = good;
+    head["settings"]["crop"] = crop;
+    write("frame.plan", pack_file_head(head.dump()) + pack_record(3, 0, {}));
+    expect_failure(planned("out.exr"), 3, {"frame.plan"});
+  }
+  for (const char* size : {"65536x65536", "1x1"}) {
+    nlohmann::json head = good;
+    head["settings"]["size"] = size;
+    write("frame.plan", pack_file_head(head.dump()) + pack_record(3, 0, {}));
+    expect_failure(planned("out.exr"), 3, {"frame.plan"});
+  }
+}
+
+// A plan never has more samples than the budget. The time limit of a settings file is for frames.
+TEST_F(Plan, SmallBudgetsAndSettingsFiles) {
+  write("look.json", R"({"time-limit": 0.001, "part": "1/2"})");
+  for (const std::string spp : {"1", "4", "16"}) {
+    render(plan_words({"--settings", path("look.json"), "--spp", spp}));
+    render(planned("out.exr", {"--spp", spp}));
+    const std::vector<float> samples = read_exr(path("out.exr")).channels.at("samples");
+    const double total = std::accumulate(samples.begin(), samples.end(), 0.0);
+    EXPECT_LE(total, std::stod(spp) * double(samples.size()));
+    EXPECT_GE(total, 0.9 * std::stod(spp) * double(samples.size()));
+  }
 }
 
 TEST_F(Plan, ReplacesOnlyPlans) {

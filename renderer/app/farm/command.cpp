@@ -65,7 +65,7 @@ std::string absolute(const std::string& path) {
 // need.
 RenderOptions prepare_options(const FarmOptions& farm) {
   RenderOptions o = farm.frame;
-  for (std::string* path : {&o.scene, &o.resource_root, &o.environment, &o.edits})
+  for (std::string* path : {&o.scene, &o.resource_root, &o.environment, &o.edits, &o.plan})
     *path = absolute(*path);
   for (auto* list : {&o.outputs, &o.heatmaps, &o.reports}) {
     for (std::string& path : *list) path = absolute(expand_frame_zero(path));
@@ -90,8 +90,8 @@ bool is_utf8(std::string_view text) {
 // Throws UsageError for a name that is not UTF-8. The parts and `farm cancel` read names from
 // job.json and settings.json, which can hold only UTF-8.
 void check_names(const RenderOptions& o) {
-  std::vector<std::string> names = {o.scene,   o.resource_root, o.environment, o.edits,   o.camera,
-                                    o.variant, o.animation,     o.catchers,    o.holdouts};
+  std::vector<std::string> names = {o.scene,   o.resource_root, o.environment, o.edits,    o.camera,
+                                    o.variant, o.animation,     o.catchers,    o.holdouts, o.plan};
   for (const auto* list : {&o.outputs, &o.heatmaps, &o.reports})
     names.insert(names.end(), list->begin(), list->end());
   for (const std::string& name : names) {
@@ -156,15 +156,20 @@ void reject_running(const FarmFolder& folder) {
       folder.path, tasks.size());
 }
 
-// Returns whether the plan of a planned frame exists and fits the frame.
-bool has_valid_plan(const FrameSettings& settings) {
+// Throws InputError unless the file of the setting `plan` exists and fits the frame.
+void check_plan(const FrameSettings& settings) {
   RenderOptions options;
   static_cast<FrameSettings&>(options) = settings;
+  const LoadLimits limits = limits_of(options.limits, options.scene);
+  LoadProgress progress({}, {}, limits);
+  const SamplePlanFile plan(options, limits);
+  plan.check(
+      checkpoint_head(options, RenderPlan(options), {}, input_fingerprints(options, progress)));
+}
+
+bool has_valid_plan(const FrameSettings& settings) {
   try {
-    LoadProgress progress({}, {}, limits_of(options.limits, options.scene));
-    SamplePlanFile(options, limits_of(options.limits, options.scene))
-        .check(checkpoint_head(options, RenderPlan(options), {},
-                               input_fingerprints(options, progress)));
+    check_plan(settings);
     return true;
   } catch (const InputError&) {
     return false;
@@ -191,7 +196,12 @@ int check_checkpoints(const FarmFolder& folder, const FrameSettings& settings, u
     check_checkpoint(path, true);
     if (!InputFile::try_open(path)) continue;
     const RecordFile file(path);
-    const auto different = differences(head, parse_json(file.head(), path), {"part"});
+    nlohmann::json then = parse_json(file.head(), path);
+    // The plan will be made again. If it then differs, the parts refuse their checkpoints.
+    if (!has_plan && then.contains("inputs") && then["inputs"].is_object()) {
+      then["inputs"].erase(plan_input_name());
+    }
+    const auto different = differences(head, then, {"part"});
     if (!file.records().empty() && !different.empty()) {
       throw InputError(
           path, "it belongs to another frame: {}; remove {}.part-*, or choose another output",
@@ -226,7 +236,9 @@ void write_folder(const FarmFrame& frame, bool stage) {
   remove_progress(folder, all_parts(frame.parts));
   const std::string settings = folder.file("settings.json");
   write_file_atomically(settings, settings_json(frame.options, settings));
-  if (is_planned(frame)) write_file_atomically(folder.file("plan.sh"), plan_script(frame));
+  if (frame.options.plan == folder.plan()) {
+    write_file_atomically(folder.file("plan.sh"), plan_script(frame));
+  }
   write_file_atomically(folder.file("part.sh"), part_script(frame, stage));
   write_file_atomically(folder.file("merge.sh"), merge_script(frame));
 }
@@ -250,10 +262,10 @@ void write_record(const FarmFolder& folder, const FarmRecord& record) {
   write_file_atomically(folder.file("job.json"), record_json(record));
 }
 
-// If `plan` is set, submits plan.sh first, and the parts begin after it. Submits the parts as a job
-// array. Then submits a merge, which runs after the parts and after
-// `others` (unfinished jobs or tasks). Rewrites job.json after each submission, so that `farm
-// cancel` finds every submitted job even after a crash.
+// Submits the parts as a job array, and a merge, which runs after the parts and after `others`
+// (unfinished jobs or tasks). With `plan`, submits plan.sh first, and the parts wait for it.
+// Rewrites job.json after each submission, so that `farm cancel` finds every submitted job even
+// after a crash.
 void submit(const FarmFolder& folder, FarmRecord& record, bool plan,
             const std::vector<uint32_t>& parts, const std::vector<std::string>& others) {
   std::vector<std::string> dependencies = others;
@@ -311,6 +323,8 @@ int submit_frame(const FarmOptions& farm) {
   check_names(frame.options);
   check_frame(frame.options, frame.parts);
   const FarmFolder& folder = frame.folder;
+  const bool makes_plan = frame.options.plan == folder.plan();
+  if (!frame.options.plan.empty() && !makes_plan) check_plan(frame.options);
   if (!farm.print) require_slurm();
   OwnedFolder owned(folder.path,
                     {.option = "-o", .marker = "emberline-farm.json", .exclusive = true});
@@ -319,8 +333,6 @@ int submit_frame(const FarmOptions& farm) {
   const std::vector<std::string> names = {"settings.json", "plan.sh",  "frame.plan",
                                           "part.sh",       "merge.sh", "job.json"};
   owned.claim(names);
-  // A plan that the user names must exist; the jobs would fail without it.
-  const bool makes_plan = is_planned(frame) && frame.options.plan == folder.plan();
   const bool has_plan = makes_plan && has_valid_plan(frame.options);
   const int resumable_parts =
       check_checkpoints(folder, frame.options, frame.parts, has_plan || !makes_plan);
@@ -330,15 +342,16 @@ int submit_frame(const FarmOptions& farm) {
   record.scene = frame.options.scene;
   record.parts = frame.parts;
   record.request = farm.request;
-  record.is_planned = makes_plan;
+  record.makes_plan = makes_plan;
   if (farm.print) {
     write_record(folder, record);
     const std::string script = "sh " + shell_quoted(folder.file("part.sh")) + " {part}";
     print_result((makes_plan && !has_plan ? plan_command(frame) + "\n" : "") +
                  (farm.stage ? script : part_command(frame, "{part}", "{parts}")) + "\n" +
                  merge_command(frame) + "\n");
-    log_info(folder.path +
-             " has part.sh and merge.sh; without --print, this command submits them to Slurm");
+    log_info(
+        folder.path +
+        " has the scripts of these commands; without --print, this command submits them to Slurm");
     return kExitDone;
   }
   if (resumable_parts > 0) {
@@ -365,9 +378,10 @@ int retry_frame(const FarmFolder& folder) {
   FrameSettings settings;
   read_settings(folder.file("settings.json"), settings);
   settings.scene = record.scene;
-  const bool has_plan = record.is_planned && has_valid_plan(settings);
-  check_checkpoints(folder, settings, record.parts, has_plan || !record.is_planned);
+  // Asks for the queue first, so that a plan job that ends meanwhile is seen by its file.
   const std::vector<SlurmTask> tasks = require_queued_tasks(record.jobs());
+  const bool has_plan = record.makes_plan && has_valid_plan(settings);
+  check_checkpoints(folder, settings, record.parts, has_plan || !record.makes_plan);
   bool is_merge_queued = false, is_plan_queued = false;
   std::set<uint32_t> queued_parts;
   std::vector<std::string> others;
@@ -394,7 +408,7 @@ int retry_frame(const FarmFolder& folder) {
   if (record.merge) cancel_jobs(std::span(&*record.merge, 1));
   remove_progress(folder, missing_parts);
   const bool needs_plan =
-      record.is_planned && !has_plan && !is_plan_queued && !missing_parts.empty();
+      record.makes_plan && !has_plan && !is_plan_queued && !missing_parts.empty();
   if (needs_plan) fs::remove(folder.plan());
   submit(folder, record, needs_plan, missing_parts, others);
   return kExitDone;

@@ -73,7 +73,7 @@ std::string record_json(const FarmRecord& record) {
                                  {"cpus", value_or_null(record.request.cpus)},
                                  {"memory_bytes", value_or_null(record.request.memory_bytes)},
                                  {"minutes", value_or_null(record.request.minutes)},
-                                 {"planned", record.is_planned},
+                                 {"planned", record.makes_plan},
                                  {"plan", value_or_null(record.plan)},
                                  {"arrays", record.arrays},
                                  {"merge", value_or_null(record.merge)}};
@@ -97,7 +97,7 @@ FarmRecord read_record(const FarmFolder& folder) {
   record.request.minutes = read_optional_integer<int>(json["minutes"], 10000000);
   // Version 1.0 could not plan frames.
   if (json.has("planned")) {
-    record.is_planned = json["planned"].boolean();
+    record.makes_plan = json["planned"].boolean();
     record.plan = read_optional_integer<uint64_t>(json["plan"], kMaxJob);
   }
   const JsonReader arrays = json["arrays"];

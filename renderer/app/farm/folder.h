@@ -48,7 +48,7 @@ struct FarmRecord {
   std::string scene;
   uint32_t parts = 0;
   SlurmRequest request;
-  bool is_planned = false;        // the parts need frame.plan
+  bool makes_plan = false;        // plan.sh makes frame.plan, which the parts need
   std::optional<uint64_t> plan;   // the last job of plan.sh
   std::vector<uint64_t> arrays;   // job arrays of the parts, in the order of submission
   std::optional<uint64_t> merge;  // the job of the merge; absent: nothing was submitted

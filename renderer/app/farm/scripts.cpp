@@ -166,8 +166,6 @@ std::string part_arguments(const FarmFrame& frame, const std::string& scene,
 
 }  // namespace
 
-bool is_planned(const FarmFrame& frame) { return !frame.options.plan.empty(); }
-
 std::string plan_command(const FarmFrame& frame) {
   return fmt::format("{} plan {} --settings {} -o {} --verbose", shell_quoted(frame.program),
                      shell_quoted(frame.options.scene),

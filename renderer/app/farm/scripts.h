@@ -16,9 +16,6 @@ struct FarmFrame {
   std::string program;  // path of this executable
 };
 
-// Whether the frame is adaptive, so that its parts need a plan.
-bool is_planned(const FarmFrame& frame);
-
 // These functions return a command of one line. `part` and `parts` are inserted unquoted, so
 // they may be shell text such as "$part".
 std::string part_command(const FarmFrame& frame, const std::string& part, const std::string& parts);

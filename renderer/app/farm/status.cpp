@@ -246,7 +246,7 @@ FarmStatus farm_status(const FarmFolder& folder) {
     status.parts.push_back(part_status(folder, record, queue, part));
     status.done += status.parts.back().done / record.parts;
   }
-  if (record.is_planned) status.plan = plan_status(folder, record, queue);
+  if (record.makes_plan) status.plan = plan_status(folder, record, queue);
   status.merge = merge_status(folder, record, queue);
   status.left_s = time_left(status.parts);
   return status;

@@ -484,7 +484,7 @@ bool RoundPlanner::allocate_evenly() {
 }
 
 // Distributes the whole budget of `limits` at once. No count is below `least_of(i)` or above
-// `max_growth` times the present count.
+// `max_growth` times the count on which the errors are based.
 template <typename LeastOf>
 std::vector<float> RoundPlanner::allocate_anew(const AdaptiveSettings& limits, float max_growth,
                                                const LeastOf& least_of) const {
@@ -494,7 +494,7 @@ std::vector<float> RoundPlanner::allocate_anew(const AdaptiveSettings& limits, f
   std::vector<SampleBounds> bounds(pixels);
   parallel_ranges(pixels, kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
-      const auto current = float(targets_[i]);
+      const float current = statistics_.count[i];
       float most = max_growth * current;
       if (limits.threshold > 0.0f) {
         const float ratio = std::min(errors_.error[i] / limits.threshold, 1e6f);
@@ -517,10 +517,12 @@ std::vector<float> RoundPlanner::allocate_anew(const AdaptiveSettings& limits, f
 
 std::vector<uint32_t> RoundPlanner::planned_counts(const AdaptiveSettings& limits) const {
   if (errors_.error.empty() || entry_.batch > 0) return {};
-  const auto least = float(std::max(
-      {kMinPilot, std::bit_floor(limits.budget / kMinPlannedFraction), limits.min_samples}));
+  // With fewer samples, the second half of a denoised frame would have none.
+  uint32_t least = std::max(kMaxPilot, std::bit_floor(limits.budget / kMinPlannedFraction));
+  if (limits.budget > 0) least = std::min(least, limits.budget);
+  least = std::max(least, limits.min_samples);
   const std::vector<float> counts =
-      allocate_anew(limits, kMaxPlannedGrowth, [least](size_t) { return least; });
+      allocate_anew(limits, kMaxPlannedGrowth, [least](size_t) { return float(least); });
   return {counts.begin(), counts.end()};  // all counts are whole numbers
 }
 

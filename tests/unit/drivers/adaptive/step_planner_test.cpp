@@ -144,7 +144,7 @@ TEST(StepPlanner, PlannedCountsFollowTheDeviations) {
   RoundPlanner planner(pilot, 96, 48, 5);
   EXPECT_TRUE(planner.planned_counts(pilot).empty());
   frame.render(planner);
-  for (const uint32_t budget : {24u, 256u, 1000u}) {
+  for (const uint32_t budget : {64u, 256u, 1000u}) {
     AdaptiveSettings limits = pilot;
     limits.budget = budget;
     const std::vector<uint32_t> counts = planner.planned_counts(limits);
@@ -152,7 +152,7 @@ TEST(StepPlanner, PlannedCountsFollowTheDeviations) {
     double quiet = 0, loud = 0;
     for (size_t i = 0; i < counts.size(); ++i) {
       (i % 96 < 48 ? quiet : loud) += counts[i];
-      ASSERT_GE(counts[i], std::max(8u, budget / 16));
+      ASSERT_GE(counts[i], std::max(16u, budget / 16));
       ASSERT_LE(counts[i], 16 * frame.counts()[i]);
     }
     const double mean = (quiet + loud) / double(counts.size());
@@ -171,7 +171,7 @@ TEST(StepPlanner, PlannedCountsFollowTheDeviations) {
   for (size_t i = 0; i < counts.size(); ++i) {
     const double error = planner.errors().error[i] / 1e-3;
     const double needed = frame.counts()[i] * error * error;
-    ratio += counts[i] / std::clamp(needed, 8.0, std::min(4096.0, 16.0 * frame.counts()[i]));
+    ratio += counts[i] / std::clamp(needed, 16.0, std::min(4096.0, 16.0 * frame.counts()[i]));
   }
   EXPECT_NEAR(ratio / double(counts.size()), 1.1, 0.1);
 }
