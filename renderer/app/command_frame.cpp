@@ -190,11 +190,12 @@ void CommandFrame::on_picture_changed(const JobProgress& now, const LivePicture&
 void CommandFrame::update_forecast(double elapsed_s) {
   const std::optional<WorkForecast> work = job_->forecast();
   if (!work) return;
-  // Stratified samples converge faster than the forecast assumes; glints converge more slowly.
-  // tests/bench/results/adaptive.md has the figures for the middle and for nine frames in ten.
+  // The time that the rest of the frame takes, over the time that its counted work suggests
+  // (tests/bench/results/adaptive.md). With a threshold it is longer, because the pilot has missed
+  // glints.
   const bool by_threshold = options_.noise_threshold.has_value();
-  const double middle = by_threshold ? 0.7 : 1.0, least = by_threshold ? 0.3 : 0.9,
-               most = by_threshold ? 1.5 : 1.1;
+  const double middle = by_threshold ? 1.4 : 0.95, least = by_threshold ? 0.8 : 0.7,
+               most = by_threshold ? 4.0 : 1.3;
   constexpr double kShort_s = 5;  // too short for a line in the log
   const double left_s = elapsed_s * (work->work - 1);
   const ForecastReport f = {elapsed_s, elapsed_s + middle * left_s, elapsed_s + least * left_s,

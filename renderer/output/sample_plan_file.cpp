@@ -29,6 +29,11 @@ bool is_plan(const Json& head) {
   return settings != head.end() && settings->is_object() && settings->contains(kMark);
 }
 
+// Whether the frame is denoised, so that each pixel needs samples in both halves.
+bool has_halves(const Json& head) {
+  return find_text(head, "settings", "aov").find("denoising") != std::string::npos;
+}
+
 }  // namespace
 
 void check_plan_output(const std::string& path) {
@@ -114,6 +119,9 @@ void SamplePlanFile::check(const Json& now) const {
       differences(frame, *head_,
                   {kMark, "crop", "part", "bucket-size", "bucket-order", "aov", "cryptomatte",
                    "cryptomatte-levels", "light-groups"});
+  if (has_halves(frame) && !has_halves(*head_)) {
+    throw InputError(path_, "it was made without `denoise`; make a new plan with `denoise`");
+  }
   if (list.empty()) return;
   throw InputError(path_, "this plan was made for another frame: {}; make a new plan",
                    fmt::join(list, "; "));

@@ -517,8 +517,9 @@ std::vector<float> RoundPlanner::allocate_anew(const AdaptiveSettings& limits, f
 
 std::vector<uint32_t> RoundPlanner::planned_counts(const AdaptiveSettings& limits) const {
   if (errors_.error.empty() || entry_.batch > 0) return {};
-  // With fewer samples, the second half of a denoised frame would have none.
-  uint32_t least = std::max(kMaxPilot, std::bit_floor(limits.budget / kMinPlannedFraction));
+  // With fewer than kMaxPilot samples, the second half of a denoised frame would have none.
+  uint32_t least = std::max(limits.two_halves ? kMaxPilot : kMinPilot,
+                            std::bit_floor(limits.budget / kMinPlannedFraction));
   if (limits.budget > 0) least = std::min(least, limits.budget);
   least = std::max(least, limits.min_samples);
   const std::vector<float> counts =

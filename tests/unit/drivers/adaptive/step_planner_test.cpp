@@ -152,7 +152,7 @@ TEST(StepPlanner, PlannedCountsFollowTheDeviations) {
     double quiet = 0, loud = 0;
     for (size_t i = 0; i < counts.size(); ++i) {
       (i % 96 < 48 ? quiet : loud) += counts[i];
-      ASSERT_GE(counts[i], std::max(16u, budget / 16));
+      ASSERT_GE(counts[i], std::max(8u, budget / 16));
       ASSERT_LE(counts[i], 16 * frame.counts()[i]);
     }
     const double mean = (quiet + loud) / double(counts.size());
@@ -161,6 +161,10 @@ TEST(StepPlanner, PlannedCountsFollowTheDeviations) {
     EXPECT_GE(mean, (is_limited ? 0.5 : 0.9) * budget);
     EXPECT_NEAR(loud / quiet, 4.0, 1.0) << budget;
   }
+  // A denoised frame needs samples in both halves of eight.
+  AdaptiveSettings halves = pilot;
+  halves.two_halves = true;
+  EXPECT_GE(std::ranges::min(planner.planned_counts(halves)), 16u);
   // A threshold needs n (error / threshold)^2 samples.
   AdaptiveSettings limits = pilot;
   limits.budget = 0;
@@ -171,7 +175,7 @@ TEST(StepPlanner, PlannedCountsFollowTheDeviations) {
   for (size_t i = 0; i < counts.size(); ++i) {
     const double error = planner.errors().error[i] / 1e-3;
     const double needed = frame.counts()[i] * error * error;
-    ratio += counts[i] / std::clamp(needed, 16.0, std::min(4096.0, 16.0 * frame.counts()[i]));
+    ratio += counts[i] / std::clamp(needed, 8.0, std::min(4096.0, 16.0 * frame.counts()[i]));
   }
   EXPECT_NEAR(ratio / double(counts.size()), 1.1, 0.1);
 }
