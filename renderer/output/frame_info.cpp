@@ -54,6 +54,7 @@ InfoJson unread_parts(const FloatImage& image) {
 // Says why the frame cannot be extended. Returns "" if it can.
 std::string obstacle_of(const std::string& checkpoint, const RecordedSettings& recorded,
                         bool complete) {
+  if (!recorded.text("plan").empty()) return "its sample counts come from a plan";
   if (!file_identity(checkpoint)) {
     return fmt::format(
         "its checkpoint, {}, is missing; render or merge with `resumable` to keep it", checkpoint);

@@ -79,6 +79,10 @@ TEST_F(Plan, StoppedFrameResumes) {
   render(plan_words({"--max-spp", "64"}));
   expect_failure(words + Words{"--max-spp", "64"}, 3, {"out.exr.checkpoint", "--plan changed"});
   expect_failure({"extend", path("out.exr"), "--spp", "64"}, 3, {"come from a plan"});
+  const RunResult info = run({"info", path("out.exr")});
+  EXPECT_NE(info.out.find("cannot be extended: its sample counts come from a plan"),
+            std::string::npos)
+      << info.describe();
 }
 
 TEST_F(Plan, AnotherFrameIsRefused) {
