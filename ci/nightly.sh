@@ -34,8 +34,7 @@ repeat() {
     while :; do :; done &
     busy+=($!)
   done
-  ctest --preset release -j "$(nproc)" --repeat until-fail:20 \
-    -R "$timed" || status=1
+  ctest --preset release -j "$(nproc)" --repeat until-fail:20 -R "$timed" || status=1
   kill "${busy[@]}"
   return $status
 }

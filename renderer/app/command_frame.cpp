@@ -178,11 +178,18 @@ void CommandFrame::on_picture_changed(const JobProgress& now, const LivePicture&
   if (!passes.empty()) passes.back().error_estimate = now.error_estimate;
   if (now.pass_finished) {
     passes.push_back({elapsed, now.samples, std::nullopt});
-    if (report_.resumed_samples == 0) update_forecast(elapsed);
+    if (is_forecast_due(elapsed)) update_forecast(elapsed);
   }
   if (snapshots_) clock_->exclude_time([&] { snapshots_->update(now, picture, elapsed); });
   if (viewer_) viewer_->update(picture, elapsed);
   if (checkpoint_.is_due()) checkpoint_.save(*job_);
+}
+
+// A forecast takes as long as planning a round, so further ones follow only under a threshold,
+// where they correct the number of samples, and each at twice the time of the one before.
+bool CommandFrame::is_forecast_due(double elapsed_s) const {
+  if (report_.resumed_samples > 0) return false;
+  return !report_.forecast || (options_.noise_threshold && elapsed_s >= 2 * forecast_at_s_);
 }
 
 // The report keeps the first forecast. Later forecasts correct the progress, and are logged if they
@@ -204,6 +211,7 @@ void CommandFrame::update_forecast(double elapsed_s) {
                       f.seconds > logged_forecast_->most_s;
   if (!report_.forecast) report_.forecast = f;
   expected_s_ = f.seconds;
+  forecast_at_s_ = elapsed_s;
   if (!is_new) return;
   logged_forecast_ = f;
   const std::string text =

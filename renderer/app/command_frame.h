@@ -54,6 +54,7 @@ class CommandFrame {
   bool unfinished() const { return report_.counters.stopped || denoising_stopped_; }
   void add_light_groups(const LightGroups& groups);
   void on_picture_changed(const JobProgress& now, const LivePicture& picture);
+  bool is_forecast_due(double elapsed_s) const;
   void update_forecast(double elapsed_s);
   // Whether a bucket driver was stopped early, so that pixels without samples are written as black.
   bool has_holes() const;
@@ -90,6 +91,7 @@ class CommandFrame {
   std::optional<RenderClock> clock_;
   std::optional<ForecastReport> logged_forecast_;
   std::optional<double> expected_s_;  // rendering time by the latest forecast
+  double forecast_at_s_ = 0;          // when that was made
   WriteAttempts attempts_, snapshot_attempts_;
 };
 

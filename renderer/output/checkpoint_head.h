@@ -47,8 +47,8 @@ class LoadedFiles {
 // Returns the head for a frame. `plan` determines the channels.
 nlohmann::json checkpoint_head(const RenderOptions& options, const RenderPlan& plan,
                                const SceneLayers& layers, const nlohmann::json& inputs);
-// Returns all settings in a head, including those that do not affect the bits. Of the paths of
-// input files, returns only that of the plan. Throws an InputError that names `place` if the head
+// Returns all settings in a head, including those that do not affect the bits. The plan is the only
+// input file whose path is among them. Throws an InputError that names `place` if the head
 // is invalid.
 FrameSettings settings_of(const nlohmann::json& head, const std::string& place);
 // Returns the text called `name` from the head's member `part`, which is "files" (paths by setting)

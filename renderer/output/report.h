@@ -39,8 +39,8 @@ struct PassReport {
   std::optional<double> error_estimate;  // of the picture at the end of this pass
 };
 
-// What was expected of an adaptive frame soon after its pilot. Most frames end
-// within the interval (tests/bench/results/adaptive.md).
+// A prediction about an adaptive frame, made soon after its pilot. Most frames end within the
+// interval (tests/bench/results/adaptive.md).
 struct ForecastReport {
   double after_s = 0;              // render time at which it was made
   double seconds = 0;              // render time of the whole frame

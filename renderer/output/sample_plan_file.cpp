@@ -118,7 +118,7 @@ void SamplePlanFile::check(const Json& now) const {
   const std::vector<std::string> list =
       differences(frame, *head_,
                   {kMark, "crop", "part", "bucket-size", "bucket-order", "aov", "cryptomatte",
-                   "cryptomatte-levels", "light-groups"});
+                   "cryptomatte-levels", "light-groups", "isa"});
   if (has_halves(frame) && !has_halves(*head_)) {
     throw InputError(path_, "it was made without `denoise`; make a new plan with `denoise`");
   }

@@ -14,7 +14,7 @@ inline const std::map<std::string, std::string>& non_default_values() {
       {"variant", "2"},
       {"aov", "albedo,Z"},
       {"part", "3/16"},
-      {"plan", "/farm/frame.plan"},
+      {"plan", "/look/frame.plan"},
       {"sample-range", "7-16777216"},
       {"turntable", "-3/100"},
       {"turntable-center", "look-at"},

@@ -136,7 +136,7 @@ TEST(RoundPlannerOfSteps, AThresholdIsMetAndNotMuchMore) {
 
 // One half has four times the deviation of the other. A plan for any budget gives it four times the
 // samples, within the steps between counts.
-TEST(StepPlanner, PlannedCountsFollowTheDeviations) {
+TEST(RoundPlannerOfSteps, PlannedCountsFollowTheDeviations) {
   SyntheticFrame frame(96, 48, 13, [](int x, int, TestRandom& random) {
     return noisy(random, 0.4f, x < 48 ? 0.03f : 0.12f);
   });
