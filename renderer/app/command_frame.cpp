@@ -75,6 +75,18 @@ PrepareOptions prepare_options(const RenderOptions& options, const AovSet& aovs,
           .sample_plan = sample_plan ? sample_plan->plan() : nullptr};
 }
 
+// Layers for compositing may be noisier than the picture, which alone is judged by default.
+void suggest_judging(const RenderOptions& options) {
+  const bool has_layers = options.light_groups || !options.catchers.empty();
+  if (!options.noise_threshold || !options.judge.empty() || !has_layers ||
+      !setting_is_allowed(options, "judge")) {
+    return;
+  }
+  log_info(fmt::format(
+      "--noise-threshold judges only R G B, so {} may be noisier; --judge {} includes them",
+      options.catchers.empty() ? "the layers of the lights" : "shadows", kJudgeDelivered));
+}
+
 }  // namespace
 
 CommandFrame::CommandFrame(RenderRun& run, const RenderOptions& options)
@@ -248,6 +260,7 @@ std::optional<double> CommandFrame::allotted_seconds() const {
 
 void CommandFrame::render() {
   if (run_.frame_position) log_info(run_.frame_position->text());
+  suggest_judging(options_);
   run_.save_settings();
   if (options_.viewer) viewer_.emplace(options_, plan_.crop, run_.workers->count());
   report_.display = outputs_->display_description();

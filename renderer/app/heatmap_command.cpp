@@ -1,13 +1,22 @@
 #include "renderer/app/commands.h"
 
 #include "io/files/register.h"
+#include "io/image/input.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/engine/worker_threads.h"
 #include "renderer/output/heatmap_file.h"
+#include "renderer/output/recorded_settings.h"
 #include "renderer/output/rgb_file.h"
 
 namespace emberline {
+namespace {
+
+FrameSettings settings_of_file(const std::string& path) {
+  return RecordedSettings(FloatImageRows(path).text_attributes()).settings();
+}
+
+}  // namespace
 
 int run_heatmap(const HeatmapOptions& options) {
   const WorkerThreads workers(0);
@@ -23,8 +32,10 @@ int run_heatmap(const HeatmapOptions& options) {
   check_heatmap_channels(options.image, quantity, image.channel_names);
   const Rect& crop = image.data_window;
   check_heatmap_format("-o", options.output, crop);
+  HeatmapStyle style = options.style;
+  if (quantity.aov == Aov::kStop) style.judged = judged_names(settings_of_file(options.image));
   HeatmapFile file(
-      {options.output, &quantity}, options.style,
+      {options.output, &quantity}, style,
       {image.frame_width, image.frame_height, crop, {{"emberline.image", options.image}}},
       image.channel_names);
   file.write_tile(crop, image.values);

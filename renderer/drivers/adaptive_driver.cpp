@@ -52,7 +52,8 @@ class AdaptiveDriver final : public FrameDriver {
         settings_(settings),
         is_progressive_(is_progressive),
         smooth_(settings.reconstruction == Reconstruction::kLinear),
-        planner_(settings.adaptive, crop.width(), crop.height(), frame.seed),
+        planner_(settings.adaptive, crop.width(), crop.height(), frame.seed,
+                 frame.with_light_groups({}).light_groups),
         order_(tile_order(crop)),
         sample_counts_(order_.size(), 0),
         stage_(is_progressive_ ? Stage::kTree : Stage::kPilotStep) {
@@ -203,8 +204,10 @@ class AdaptiveDriver final : public FrameDriver {
       planner_.update(film);
       planner_.write_variances(&film);
     }
-    parallel_each(sample_counts_.size(),
-                  [&](size_t i) { film.set_stop(x_of(i), y_of(i), stop_of(i, unfinished_stop)); });
+    parallel_each(sample_counts_.size(), [&](size_t i) {
+      film.set_stop(x_of(i), y_of(i), stop_of(i, unfinished_stop),
+                    planner_.judged().last_unfinished(i));
+    });
   }
 
   void archive(Archive& archive, const FilmTile& film) override {
@@ -274,6 +277,7 @@ class AdaptiveDriver final : public FrameDriver {
                          : "");
     }
     const bool is_recorded = planner_.recorded() == i && has_errors();
+    if (is_recorded) text += judged_errors(planner_.judged());
     const PixelHistory history = history_of(i);
     if (is_recorded) text += describe_history(history);
     if (tree_) text += tree_table(tree_->describe(x, y));
@@ -387,6 +391,7 @@ class AdaptiveDriver final : public FrameDriver {
     PixelHistory history = {.rounds = planner_.records(),
                             .recorded_since = recorded_since_,
                             .threshold = settings_.adaptive.threshold,
+                            .judged = &planner_.judged(),
                             .samples = sample_counts_[i]};
     if (has_errors()) history.error = planner_.errors().error[i];
     if (finished() || end_stop_) history.end = stop_of(i, end_stop_.value_or(PixelStop::kUser));
@@ -491,8 +496,11 @@ uint64_t adaptive_bytes_per_pixel(const DriverSettings& settings) {
   constexpr uint64_t kTree = 2 * 36 + sizeof(uint32_t);
   constexpr uint64_t kAverages = 10 * sizeof(double);
   const AdaptiveSettings& adaptive = settings.adaptive;
+  const uint64_t judged = adaptive.judged.empty() ? 0
+                                                  : judged_bytes_per_pixel(adaptive.judged, 0) +
+                                                        JudgedChannels::kUpdateBytes;
   const uint64_t denoised = adaptive.allocation == ErrorMetric::kDenoised ? sizeof(float) : 0;
-  return kPlanner + kOrder + kTree + denoised + (adaptive.unbiased ? kAverages : 0);
+  return kPlanner + kOrder + kTree + denoised + judged + (adaptive.unbiased ? kAverages : 0);
 }
 
 }  // namespace emberline

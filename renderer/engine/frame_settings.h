@@ -64,6 +64,7 @@ struct FrameSettings {
   std::string estimator;                  // empty: kDefaultEstimator
   std::optional<ErrorMetric> allocation;  // absent: kDefaultAllocation
   bool unbiased = false;
+  std::string judge;  // list for judged_channels_of(); empty: R G B
   std::optional<double> time_limit_s;
   int max_depth = 16;
   std::optional<float> clamp_indirect;  // radiance; absent: no clamping

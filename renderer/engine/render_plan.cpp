@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "renderer/drivers/adaptive/error_estimator.h"
+#include "renderer/drivers/adaptive/judged_channels.h"
 #include "renderer/drivers/bucket_schedule.h"
 #include "renderer/engine/frame_scene.h"
 #include "renderer/engine/open_scene.h"
@@ -64,6 +65,7 @@ void plan_adaptive(const FrameSettings& o, RenderPlan& plan) {
   a.min_samples = o.min_spp.value_or(0);
   a.max_samples = o.max_spp.value_or(0);
   a.unbiased = o.unbiased;
+  a.judged = judged_channels_of(o);
   if (o.spp) {
     a.budget = *o.spp;
   } else if (o.unbiased || (a.threshold <= 0.0f && a.max_samples == 0)) {
@@ -207,6 +209,16 @@ bool is_tiled(const FrameSettings& settings) { return driver_of(settings).tiles;
 std::string_view allocation_of(const FrameSettings& settings) {
   if (samples_uniformly(settings) || estimator_of(settings).batch != 0) return "";
   return name_of(error_metric_table(), settings.allocation.value_or(kDefaultAllocation));
+}
+
+std::vector<JudgedChannel> judged_channels_of(const FrameSettings& settings) {
+  if (settings.judge.empty()) return {};
+  if (settings.judge != kJudgeDelivered) return parse_judged(settings.judge);
+  std::string list = "RGB";
+  if (settings.transparent) list += ",A";
+  if (aovs_of(settings).contains(Aov::kShadow)) list += ",shadow";
+  if (settings.light_groups) list += ",light.*";
+  return parse_judged(list);
 }
 
 bool denoises(const FrameSettings& settings) {

@@ -111,6 +111,11 @@ bool is_tiled(const FrameSettings& settings);
 // the same number of samples, or if the error estimate only decides which pixels are finished.
 std::string_view allocation_of(const FrameSettings& settings);
 
+// The value of `judge` that stands for all delivered channels.
+inline constexpr std::string_view kJudgeDelivered = "delivered";
+// Returns the channels that decide about samples; empty if R G B alone do.
+std::vector<JudgedChannel> judged_channels_of(const FrameSettings& settings);
+
 // Returns whether the settings request a denoised picture, directly or for `allocation` denoised.
 bool denoises(const FrameSettings& settings);
 

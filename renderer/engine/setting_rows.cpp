@@ -6,11 +6,13 @@
 #include "io/display/working_space.h"
 #include "io/exr/writer.h"
 #include "renderer/drivers/adaptive/error_estimator.h"
+#include "renderer/drivers/adaptive/judged_channels.h"
 #include "renderer/drivers/bisection_picture.h"
 #include "renderer/drivers/bisection_schedule.h"
 #include "renderer/drivers/bucket_schedule.h"
 #include "renderer/drivers/driver_table.h"
 #include "renderer/engine/half_layers.h"
+#include "renderer/engine/render_plan.h"
 #include "renderer/engine/setting_kinds.h"
 #include "renderer/film/channels.h"
 #include "renderer/film/cryptomatte_sums.h"
@@ -129,6 +131,29 @@ Setting sample_range() {
         if (v[0] >= v[1] || v[1] > kMaxSamples) return {};
         return SampleSpan{v[0], v[1]};
       });
+}
+
+Setting judge() {
+  Setting setting = word<&S::judge>(
+      "judge", kCounts, "LIST",
+      {.section = H::kSamples,
+       .full = fmt::format(
+           "Choose the channels whose errors decide about samples: RGB, A, light.* and names of "
+           "`aov`. A pixel is finished when each of them has met its threshold, which may follow "
+           "the name: RGB,A:0.005. Channels without a threshold have that of `noise-threshold`. "
+           "The errors of R G B and of layers "
+           "of light are measured as displayed, that of Z as a fraction of the depth, all others "
+           "in the channel's unit; errors at silhouettes count in proportion to the coverage. {} "
+           "stands for RGB, A with `transparent`, shadow with `catcher`, "
+           "and light.*, the layers of `light-groups`.",
+           kJudgeDelivered),
+       .fallback = "RGB",
+       .example = "--driver adaptive --noise-threshold 0.01 --judge RGB,shadow:0.02"});
+  setting.read = [](FrameSettings& settings, std::string_view text) {
+    if (text != kJudgeDelivered) parse_judged(text);
+    settings.judge = text;
+  };
+  return setting;
 }
 
 Setting turntable() {
@@ -375,6 +400,7 @@ std::vector<Setting> count_settings() {
            .full = "Choose which error adaptive sampling reduces as fast as possible.",
            .fallback = std::string(name_of(error_metric_table(), kDefaultAllocation))},
           error_metric_table()),
+      judge(),
       flag<&S::unbiased>(
           "unbiased", kCounts,
           {.section = H::kSamples,

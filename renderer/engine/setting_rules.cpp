@@ -10,6 +10,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/option_values.h"
 #include "renderer/drivers/adaptive/error_estimator.h"
+#include "renderer/engine/render_plan.h"
 #include "renderer/film/channels.h"
 #include "samplers/sampler.h"
 
@@ -107,6 +108,30 @@ std::string min_samples_violation(const FrameSettings& s) {
   };
   if (s.max_spp && *s.min_spp > *s.max_spp) return above("`max-spp`", *s.max_spp);
   if (s.spp && *s.min_spp > *s.spp) return above("the average of `spp`", *s.spp);
+  return "";
+}
+
+// Returns an error if a judged channel is not in the frame, or if some channels have a threshold
+// and others have none.
+std::string judge_violation(const FrameSettings& s) {
+  const AovSet aovs = aovs_of(s);
+  for (const JudgedChannel& channel : judged_channels_of(s)) {
+    const std::string& name = channel.name;
+    const auto aov = std::ranges::find(aov_table(), name, &NamedValue<Aov>::name);
+    if (name == "light.*" && !s.light_groups) {
+      return "`judge` light.* requires `light-groups`: otherwise there are no such layers";
+    }
+    if (aov != aov_table().end() && !aovs.contains(aov->value)) {
+      return fmt::format("`judge` {} requires `aov` {}: otherwise there is no such layer", name,
+                         name);
+    }
+    if (channel.threshold > 0.0f && !s.noise_threshold) {
+      return fmt::format(
+          "`judge` {}:{} requires `noise-threshold`: without it, pixels are not finished by their "
+          "errors",
+          name, channel.threshold);
+    }
+  }
   return "";
 }
 
@@ -256,6 +281,7 @@ std::vector<SettingRule> error_rules() {
                  {"max-spp"},
                  {"estimator"},
                  {.name = "allocation", .except = "denoised"},
+                 {"judge"},
                  {"unbiased"}},
        .needs = adaptive_drivers(),
        .reason = "with these settings, {} gives every pixel `spp` samples"},
@@ -280,6 +306,16 @@ std::vector<SettingRule> error_rules() {
        .excludes = {{"cryptomatte"}, {"light-groups"}},
        .reason = "it weights whole rounds, but mattes and light layers are not stored per round"},
       {.about = {{"min-spp"}}, .violation = min_samples_violation},
+      {.about = {{"judge"}},
+       .excludes = estimators([](const auto& entry) { return !entry.halves; }),
+       .reason = "only the estimator nested measures the errors of other channels"},
+      {.about = {{"judge"}},
+       .excludes = {{"unbiased"}},
+       .reason = "it weights whole rounds, but only R G B are stored per round"},
+      {.about = {{"judge"}},
+       .excludes = {{.name = "allocation", .except = "display"}},
+       .reason = "the errors of other channels are weighed against the displayed error"},
+      {.about = {{"judge"}}, .violation = judge_violation},
       {.about = {{"plan"}},
        .needs = find_drivers(
            [](const DriverEntry& d) { return d.distribution == SampleDistribution::kByError; }),

@@ -45,7 +45,8 @@ void add_first_hit(const FilmSample& sample, double* sums) {
 template <auto kMember>
 constexpr ChannelRow of_first_hit(std::string_view name, Components components, Kind kind, Use use,
                                   SumGroup group, std::string_view unit, std::string_view summary,
-                                  float background = 0.0f) {
+                                  float background = 0.0f,
+                                  ErrorScale error = ErrorScale::kAbsolute) {
   return {.name = name,
           .components = components,
           .kind = kind,
@@ -53,6 +54,7 @@ constexpr ChannelRow of_first_hit(std::string_view name, Components components, 
           .use = use,
           .unit = unit,
           .summary = summary,
+          .error = error,
           .group = group,
           .add = add_first_hit<kMember>,
           .background = background};
@@ -81,6 +83,7 @@ constexpr ChannelRow path_layer(std::string_view name, std::string_view summary)
           .feed = Feed::kPaths,
           .use = Use::kColour,
           .summary = summary,
+          .error = ErrorScale::kDisplay,
           .put = [](const FilmTile& film, size_t i, float* v) { film.put_layer(i, kLayer, v); }};
 }
 
@@ -118,6 +121,7 @@ constexpr ChannelRow kRows[] = {
      .setting = "",
      .summary = "the picture",
      .denoised = true,
+     .error = ErrorScale::kDisplay,
      .put = [](const FilmTile& film, size_t i, float* v) { film.put_rgba(i, v); }},
     one_value<[](const FilmTile& film, size_t i) { return float(film.sums(i).samples()); }>(
         "samples", Kind::kCount, Feed::kRadiance, Use::kWhole,
@@ -143,7 +147,7 @@ constexpr ChannelRow kRows[] = {
     of_first_hit<&FirstHit::depth>(
         "Z", {}, Kind::kMeanOfHits, Use::kNumber, SumGroup::kSurface, "m",
         "depth of the first surface along the viewing axis; 1e10 where nothing is hit",
-        kBackgroundDepth),
+        kBackgroundDepth, ErrorScale::kRelative),
     of_first_hit<&FirstHit::position>(
         "P", kXyz, Kind::kMeanOfHits, Use::kNumber, SumGroup::kPositionUv, "m",
         "position of the first surface in the world; 0 where nothing is hit"),
@@ -158,6 +162,7 @@ constexpr ChannelRow kRows[] = {
      .unit = "pixels per frame",
      .summary = "motion of the first surface, in pixels per frame of `fps`: X to the right, Y up; "
                 "the mean over the shutter, or over the next frame if there is no shutter",
+     .error = ErrorScale::kAbsolute,
      .put = put_velocity},
     {.name = "clamped",
      .components = kRgb,
@@ -191,6 +196,7 @@ constexpr ChannelRow kRows[] = {
          "factor by which a plate is multiplied: the light that the catcher receives, divided by "
          "the light that it would receive without the other objects; 1 outside the catcher. "
          "`catcher` adds this channel automatically",
+     .error = ErrorScale::kAbsolute,
      .group = SumGroup::kShadow,
      .add = add_shadow,
      .sums = kShadowSums,
@@ -210,10 +216,12 @@ constexpr ChannelRow kRows[] = {
       return to_finite_float(*film.block<float>(Sums::kSeconds, i));
     }>("time", Kind::kCount, Feed::kClock, Use::kExact, "seconds spent on the pixel", "s"),
     one_value<[](const FilmTile& film, size_t i) {
-      return float(*film.block<PixelStop>(Sums::kStop, i));
+      return float(*film.block<uint8_t>(Sums::kStop, i));
     }>("stop", Kind::kAssigned, Feed::kDriver, Use::kWhole,
        "why the pixel got no more samples: 0 it has no samples, 1 `spp`, 2 `noise-threshold`, 3 "
-       "`max-spp`, 4 `time-limit`, 5 the user, 6 unfinished when a window saved it"),
+       "`max-spp`, 4 `time-limit`, 5 the user, 6 unfinished when a window saved it. With `judge`, "
+       "plus 8 times the "
+       "index in that list, from 0, of the channel that needed the pixel's last samples"),
     one_value<[](const FilmTile& film, size_t i) { return float(film.sums(i).non_finite); }>(
         "non_finite", Kind::kCount, Feed::kRadiance, Use::kWhole,
         "samples that were NaN or infinite, counted as black"),
@@ -257,6 +265,7 @@ constexpr ChannelRow kRows[] = {
      .summary =
          "ambient occlusion: the unoccluded part of the hemisphere above the first surface, within "
          "a fifth of the scene's radius; 1 where nothing is hit",
+     .error = ErrorScale::kAbsolute,
      .add = add_first_hit<&FirstHit::ambient_visibility>,
      .background = 1.0f},
     // These rows are not in film_channels(); in a picture, their channels follow those of the film.
@@ -268,7 +277,8 @@ constexpr ChannelRow kRows[] = {
      .use = Use::kColour,
      .setting = "light-groups",
      .summary = "contribution of each light, as light.NAME",
-     .denoised = true},
+     .denoised = true,
+     .error = ErrorScale::kDisplay},
     {.name = "Crypto",
      .components = kRgba,
      .kind = Kind::kIds,

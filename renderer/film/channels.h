@@ -80,6 +80,14 @@ enum class ChannelUse : uint8_t {
   kWhole,   // 32-bit integers
 };
 
+// How adaptive sampling measures the error of a channel (`judge`).
+enum class ErrorScale : uint8_t {
+  kNone,      // not measured
+  kDisplay,   // as displayed: sRGB, 0 to 1
+  kAbsolute,  // in the channel's unit
+  kRelative,  // as a fraction of the value
+};
+
 // Groups of adjacent rows that share a block of sums: a film with one of the rows keeps the sums of
 // all rows in the group. A row with kNone has its own block.
 enum class SumGroup : uint8_t { kNone, kSurface, kPositionUv, kClamped, kShadow };
@@ -100,6 +108,7 @@ struct ChannelRow {
   std::string_view setting = "aov";  // the setting that requests the row; empty: always present
   std::string_view summary;
   bool denoised = false;  // `denoise` also writes a denoised version
+  ErrorScale error = ErrorScale::kNone;
   SumGroup group = SumGroup::kNone;
   // Adds a finite sample to the row's sums: one sum per component unless `sums` says otherwise.
   // Rows of kMeanOfHits and kVarianceOfHits get only the samples that hit a surface.

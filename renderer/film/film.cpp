@@ -79,8 +79,8 @@ void FilmTile::add_time(int x, int y, double seconds) {
   if (has(Sums::kSeconds)) *at<float>(Sums::kSeconds, index(x, y)) += float(seconds);
 }
 
-void FilmTile::set_stop(int x, int y, PixelStop stop) {
-  if (has(Sums::kStop)) *at<PixelStop>(Sums::kStop, index(x, y)) = stop;
+void FilmTile::set_stop(int x, int y, PixelStop stop, uint32_t judged) {
+  if (has(Sums::kStop)) *at<uint8_t>(Sums::kStop, index(x, y)) = stop_value(stop, judged);
 }
 
 void FilmTile::set_sample_variance(size_t i, const Rgb& variance) {
@@ -96,9 +96,10 @@ void FilmTile::mark_stops(uint32_t budget, PixelStop unfinished_stop) {
   parallel_ranges(pixels(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const uint32_t samples = sums(i).count[0] + sums(i).count[1];
-      *at<PixelStop>(Sums::kStop, i) = samples == 0        ? PixelStop::kNone
-                                       : samples == budget ? PixelStop::kBudget
-                                                           : unfinished_stop;
+      const PixelStop stop = samples == 0        ? PixelStop::kNone
+                             : samples == budget ? PixelStop::kBudget
+                                                 : unfinished_stop;
+      *at<uint8_t>(Sums::kStop, i) = stop_value(stop);
     }
   });
 }
@@ -264,27 +265,32 @@ void FilmTile::resolve(std::vector<float>& out, size_t more) const {
   out.resize(channels * pixels());
   size_t first = 0;
   for (const ChannelRow* row : rows_of(aovs())) {
-    resolve_row(*row, std::span(out).subspan(first), channels);
+    for (size_t i = 0; i < pixels(); ++i) put_row(*row, i, &out[i * channels + first]);
     first += channels_of(*row).size();
   }
 }
 
-// Writes the row's values of each pixel, `stride` floats apart.
-void FilmTile::resolve_row(const ChannelRow& row, std::span<float> out, size_t stride) const {
-  if (row.put) {
-    for (size_t i = 0; i < pixels(); ++i) row.put(*this, i, &out[i * stride]);
+void FilmTile::put_row(const ChannelRow& row, size_t i, float* values) const {
+  if (row.put) return row.put(*this, i, values);
+  const auto [part, first] = layout_.sums_of(row);
+  const FilmPixel at = pixel(i);
+  if (row.count) {
+    std::copy_n(sums_at<uint32_t>(*part, at), row.size(), values);
     return;
   }
-  const auto [part, first] = layout_.sums_of(row);
-  for (size_t i = 0; i < pixels(); ++i) {
-    const FilmPixel at = pixel(i);
-    if (row.count) {
-      std::copy_n(sums_at<uint32_t>(*part, at), row.size(), &out[i * stride]);
-    } else {
-      const double count = row.is_of_hits() ? hits_at(*part, at) : sums(i).samples();
-      put_sums(row, sums_at<double>(*part, at) + first, count, &out[i * stride]);
-    }
+  const double count = row.is_of_hits() ? hits_at(*part, at) : sums(i).samples();
+  put_sums(row, sums_at<double>(*part, at) + first, count, values);
+}
+
+double FilmTile::share_of_samples(const ChannelRow& row, size_t i) const {
+  const double samples = sums(i).samples();
+  if (samples == 0.0) return 1.0;
+  if (row.feed == ChannelFeed::kCatchers) {
+    const double weight = shadow_weight(at<double>(Sums::kShadow, i)) / samples;
+    return std::clamp(weight, 0.0, 1.0);  // filters may have negative lobes
   }
+  if (!row.is_of_hits()) return 1.0;
+  return hits_at(*layout_.sums_of(row).part, pixel(i)) / samples;
 }
 
 uint64_t FilmTile::bytes() const {

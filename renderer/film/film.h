@@ -44,7 +44,8 @@ class FilmTile {
   bool add(int x, int y, const FilmSample& sample);
   void prefetch(int x, int y) const { layout_.prefetch(pixel(index(x, y))); }
   void add_time(int x, int y, double seconds);
-  void set_stop(int x, int y, PixelStop stop);
+  // `judged` is the index of the channel that kept the pixel going, below kMaxJudged.
+  void set_stop(int x, int y, PixelStop stop, uint32_t judged = 0);
   // Whether set_sample_variance() has an effect.
   bool stores_sample_variance() const {
     return extras().sample_variance && aovs().contains(Aov::kVariance);
@@ -64,7 +65,8 @@ class FilmTile {
   uint32_t min_samples() const;  // minimum over the pixels
   uint32_t non_finite(int x, int y) const { return sums(index(x, y)).non_finite; }
   PixelStop stop(int x, int y) const {
-    return layout_.has(Sums::kStop) ? *at<PixelStop>(Sums::kStop, index(x, y)) : PixelStop::kNone;
+    return layout_.has(Sums::kStop) ? reason_of(*at<uint8_t>(Sums::kStop, index(x, y)))
+                                    : PixelStop::kNone;
   }
   Rgb mean(int x, int y) const;
   // Returns the variance of the pixel's mean, as in the `variance` channel. This is the driver's
@@ -75,6 +77,11 @@ class FilmTile {
   void rgba(int x, int y, float* out) const { put_rgba(index(x, y), out); }
   void put_rgba(size_t i, float* out) const;
   void put_layer(size_t i, PathLayer layer, float* rgb) const;
+  // Writes the values of a row of film_channels().
+  void put_row(const ChannelRow& row, size_t i, float* values) const;
+  // Returns the share of the pixel's samples that put_row() is about: those that hit a surface,
+  // those that see no object in front of a catcher, or all of them.
+  double share_of_samples(const ChannelRow& row, size_t i) const;
   double variance_of_mean(size_t i, size_t channel) const;
   uint32_t part() const { return part_; }
   // Means for the channels `albedo`, `N` and `Z`. The pixel must have samples, and the film must
@@ -155,7 +162,6 @@ class FilmTile {
   bool has_sample_variance(size_t i) const {
     return !sample_variances_.empty() && sample_variances_[i].known;
   }
-  void resolve_row(const ChannelRow& row, std::span<float> out, size_t stride) const;
   void check(const Archive& archive) const;
   void merge_overrides(const FilmTile& other, size_t i, double own_weight, double other_weight);
 

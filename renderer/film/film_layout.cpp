@@ -77,9 +77,9 @@ struct Seconds {
 };
 
 struct Stop {
-  PixelStop stop;
-  void merge(const Stop& more) { stop = more.stop; }
-  bool is_valid() const { return stop <= PixelStop::kUnfinished; }
+  uint8_t value;
+  void merge(const Stop& more) { value = more.value; }
+  bool is_valid() const { return reason_of(value) <= PixelStop::kUnfinished; }
 };
 
 struct Halves : HalfSums {
@@ -303,7 +303,7 @@ FilmLayout::FilmLayout(const FilmContents& contents) : contents_(contents) {
     const Part part = part_of_row(*row);
     if (part.bytes > 0) parts_.push_back(part);
   }
-  for (const size_t alignment : {alignof(double), alignof(float), alignof(PixelStop)}) {
+  for (const size_t alignment : {alignof(double), alignof(float), alignof(uint8_t)}) {
     for (Part& part : parts_) {
       if (type_of(part).alignment != alignment) continue;
       part.index = size_t(&part - parts_.data());

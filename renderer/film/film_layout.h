@@ -52,7 +52,7 @@ enum class Sums : uint8_t {
   kVelocity,  // VelocitySums
   kClamped,
   kSeconds,  // float
-  kStop,     // PixelStop
+  kStop,     // uint8_t: stop_value()
   kLights,   // LightGroupSums, in two blocks
   kLightRemainders,
   kLayers,  // LightGroupSums of PathLayers

@@ -41,13 +41,15 @@ void add_shadow(const FilmSample& sample, double* sums) {
 }
 
 void put_shadow(const double* sums, float* rgb) {
-  const double visible = sums[kCatcher] + sums[kBackground];
+  const double visible = shadow_weight(sums);
   const double share = visible > 0.0 ? std::clamp(sums[kCatcher] / visible, 0.0, 1.0) : 0.0;
   for (size_t c = 0; c < 3; ++c) {
     const double lit = ratio(sums[kReceived + c], sums[kUnshadowed + c]);
     rgb[c] = to_finite_float(1.0 - share * (1.0 - lit));
   }
 }
+
+double shadow_weight(const double* sums) { return sums[kCatcher] + sums[kBackground]; }
 
 double shadow_alpha(const double* sums) {
   return sums[kHidden] *

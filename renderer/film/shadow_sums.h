@@ -15,6 +15,9 @@ void add_shadow(const FilmSample& sample, double* sums);
 // Writes the R G B factor for the plate, in [0, 1]: received over unshadowed light on catchers, 1
 // elsewhere.
 void put_shadow(const double* sums, float* rgb);
+// Returns how much of the pixel's samples put_shadow() is about: those that see a catcher or
+// nothing.
+double shadow_weight(const double* sums);
 // Returns the alpha of the shadows on hidden catchers, summed over the pixel's samples.
 double shadow_alpha(const double* sums);
 

@@ -167,6 +167,14 @@ std::string describe_stop(float stop, const StatedSettings& settings) {
   return fmt::format("The value {} of its channel stop is unknown.\n", number(double(stop)));
 }
 
+// Returns which of several judged channels needed the pixel's last samples.
+std::string describe_judged(float channel, const StatedSettings& settings) {
+  const std::vector<JudgedChannel> judged = judged_channels_of(settings.recorded.settings());
+  if (judged.size() < 2 || !(channel >= 0 && channel < float(judged.size()))) return "";
+  return fmt::format("Its last samples were for {}, one of the channels of `judge` {}.\n",
+                     judged[size_t(channel)].name, settings.recorded.settings().judge);
+}
+
 // Returns a description of the error that the driver compares with `noise-threshold`. The file does
 // not contain this error itself.
 std::string threshold_error(const StatedSettings& s) {
@@ -270,6 +278,8 @@ std::string explain_frame(const std::string& path, std::optional<Vec2i> pixel,
   const std::optional<float> stop = PixelQuantity("stop", channels).of(summary.values.data());
   text += stop ? describe_stop(*stop, frame.settings)
                : "Why it stopped is not in the file; render it with `aov` stop.\n";
+  const std::optional<float> judged = PixelQuantity("judge", channels).of(summary.values.data());
+  if (judged) text += describe_judged(*judged, frame.settings);
   text += describe_history(frame.settings, summary.pixel);
   text += describe_error(frame, summary) + describe_cost(frame, summary);
   return spell_setting_names(text);

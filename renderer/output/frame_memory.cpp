@@ -6,6 +6,7 @@
 
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
+#include "renderer/drivers/adaptive/judged_channels.h"
 #include "renderer/drivers/bucket_schedule.h"
 #include "renderer/engine/film_memory.h"
 #include "renderer/output/light_layers.h"
@@ -55,6 +56,12 @@ uint64_t frame_bytes(const RenderOptions& options, const OutputSettings& setting
                         output_bytes(options, settings, {}));
 }
 
+// Returns the driver's memory for judging light groups, per pixel.
+uint64_t judged_light_bytes(const RenderPlan& plan, size_t lights) {
+  const std::vector<JudgedChannel>& judged = plan.driver_settings.adaptive.judged;
+  return judged_bytes_per_pixel(judged, int(lights)) - judged_bytes_per_pixel(judged, 0);
+}
+
 uint64_t light_group_bytes(const RenderOptions& options, const OutputSettings& settings,
                            const RenderPlan& plan, const std::vector<std::string>& layers) {
   uint64_t bytes = 0;
@@ -63,6 +70,7 @@ uint64_t light_group_bytes(const RenderOptions& options, const OutputSettings& s
                             (settings.aovs.contains(Aov::kDenoising) ? 2 : 1);
     bytes = bytes_of(uint64_t(settings.crop.area()),
                      copies * LightGroupSums::bytes_per_pixel(int(layers.size())) +
+                         judged_light_bytes(plan, layers.size()) +
                          delivery_bytes_per_pixel(layers.size()));
   }
   return bytes + output_bytes(options, settings, layers) - output_bytes(options, settings, {});
@@ -70,9 +78,10 @@ uint64_t light_group_bytes(const RenderOptions& options, const OutputSettings& s
 
 // Returns the bytes that light groups add per pixel of a tile: for the full film and, with
 // denoising, for one half.
-uint64_t light_tile_bytes_per_pixel(const AovSet& aovs, size_t lights) {
-  const uint64_t films = aovs.contains(Aov::kDenoising) ? 2 : 1;
-  return films * LightGroupSums::bytes_per_pixel(int(lights));
+uint64_t light_tile_bytes_per_pixel(const RenderPlan& plan, size_t lights) {
+  const uint64_t films = plan.aovs.contains(Aov::kDenoising) ? 2 : 1;
+  const uint64_t judged = plan.driver->tiles ? judged_light_bytes(plan, lights) : 0;
+  return films * LightGroupSums::bytes_per_pixel(int(lights)) + judged;
 }
 
 // Reserves memory for the frame's bucket list and for the tile offsets of each output.
@@ -148,7 +157,7 @@ void reserve_lights(const RenderOptions& options, const OutputSettings& settings
                     const RenderPlan& plan, const std::vector<std::string>& layers, int threads,
                     MemoryReservation& memory) {
   reserve_pixels(light_group_bytes(options, settings, plan, layers), settings.crop, memory);
-  reserve_tiles(light_tile_bytes_per_pixel(plan.aovs, layers.size()),
+  reserve_tiles(light_tile_bytes_per_pixel(plan, layers.size()),
                 light_channel_names(layers, plan.aovs).size(), settings, threads, memory);
 }
 

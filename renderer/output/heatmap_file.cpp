@@ -8,6 +8,7 @@
 #include "io/image/output.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
+#include "renderer/engine/render_plan.h"
 
 namespace emberline {
 
@@ -38,7 +39,7 @@ void check_heatmap_style(const HeatmapStyle& style,
   }
   const HeatmapQuantity* amounts = nullptr;
   for (const HeatmapQuantity* quantity : quantities) {
-    if (quantity->is_categorical) continue;
+    if (quantity->categories) continue;
     if (style.range && amounts && amounts != quantity) {
       throw UsageError(
           "`range`: the same range cannot suit both {} and {}; after the render, make one of the "
@@ -51,6 +52,12 @@ void check_heatmap_style(const HeatmapStyle& style,
     throw UsageError("{}: {} shows reasons, which have no scale", style.range ? "`range`" : "`log`",
                      quantities.front()->name);
   }
+}
+
+std::vector<std::string> judged_names(const FrameSettings& settings) {
+  std::vector<std::string> names;
+  for (const JudgedChannel& channel : judged_channels_of(settings)) names.push_back(channel.name);
+  return names;
 }
 
 bool is_valid_heatmap_range(double min, double max) {

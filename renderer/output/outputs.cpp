@@ -73,6 +73,7 @@ OutputSettings output_settings(const RenderOptions& options, const Rect& crop) {
   settings.transparent = options.transparent;
   settings.heatmaps = heatmap_requests(options);
   settings.heatmap_style = options.heatmap_style;
+  settings.heatmap_style.judged = judged_names(options);
   settings.is_clamped = options.clamp_indirect.has_value();
   settings.denoise = denoises(options);
   settings.explained = options.explained;

@@ -152,7 +152,7 @@ Markup samples_histogram(const std::map<uint32_t, uint64_t>& pixels) {
 std::string map_caption(const ReportPictures::Map& map) {
   const PlaneStatistics s = plane_statistics(map.plane);
   std::string text(map.quantity->summary);
-  if (map.quantity->is_categorical || s.values == 0) return text + ".";
+  if (map.quantity->categories || s.values == 0) return text + ".";
   const DisplayUnit unit = display_unit(std::string(map.quantity->unit), s.mean);
   const auto format_value = [&](double value) { return readable_number(unit.factor * value); };
   return fmt::format("{}{}{}: {} to {}, mean {}{}.", text, unit.name.empty() ? "" : ", in ",
@@ -169,8 +169,7 @@ void add_samples(HtmlPage& page, const ReportPictures& pictures) {
     if (map.quantity->name != "samples") style.colours = ColourMap::kViridis;
     figures.push_back(encoded_figure(
         draw_quantity(*map.quantity, map.plane, style), "png", std::string(map.quantity->title),
-        map_caption(map) +
-            scale_note(pictures, map.quantity->is_categorical ? "one" : "the mean")));
+        map_caption(map) + scale_note(pictures, map.quantity->categories ? "one" : "the mean")));
   }
   const std::map<uint32_t, uint64_t> pixels = pictures.pixels_by_samples();
   const uint64_t none = pixels.contains(0) ? pixels.at(0) : 0;

@@ -68,7 +68,7 @@ void ReportPictures::add(const FilmTile& tile) {
     const bool first = u % factor_ == 0 && v % factor_ == 0;
     for (size_t m = 0; m < maps_.size(); ++m) {
       const float value = values[m * pixels + i];
-      if (!std::isfinite(value) || (maps_[m].quantity->is_categorical && !first)) continue;
+      if (!std::isfinite(value) || (maps_[m].quantity->categories && !first)) continue;
       maps_[m].sums[target] += maps_[m].quantity->rms ? value * value : value;
       ++maps_[m].counts[target];
     }

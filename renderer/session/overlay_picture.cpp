@@ -53,7 +53,7 @@ std::string draw_overlay(const HeatmapQuantity& quantity, std::span<const std::s
   HeatmapStyle drawn = style;
   drawn.plain = true;
   std::string legend_text(quantity.title);
-  if (!quantity.is_categorical) {
+  if (!quantity.categories) {
     if (!drawn.range) {
       drawn.range = automatic_range(plane.plane(), drawn.logarithmic, quantity.bright);
     }

@@ -49,7 +49,7 @@ void write_heatmap(const std::string& path, const FilmCopy& film, ViewOverlay ov
   check_heatmap_format("heatmap", path, crop);
   // If the driver reports stop reasons, they are known without the channel, even before the frame
   // is finished.
-  const bool is_categorical = quantity.is_categorical && !film.stops.empty();
+  const bool is_categorical = quantity.categories && !film.stops.empty();
   const std::vector<std::string> names =
       is_categorical ? std::vector<std::string>{"stop"} : film_channel_names(film.aovs);
   const std::string missing = QuantityPlane::missing_channel(quantity, names);

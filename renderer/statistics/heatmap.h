@@ -31,6 +31,8 @@ struct HeatmapStyle {
   std::optional<ValueRange> range;  // of the colour scale; min < max, and min > 0 if `logarithmic`
   bool logarithmic = false;
   bool plain = false;  // no legend
+  // Names of the channels that the setting `judge` lists, for the quantity `judge`.
+  std::vector<std::string> judged = {};
 };
 
 struct HeatmapSettings : HeatmapStyle {

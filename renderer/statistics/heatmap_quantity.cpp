@@ -1,9 +1,12 @@
 #include "renderer/statistics/heatmap_quantity.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <iterator>
 
 #include "renderer/core/display_error.h"
 #include "renderer/core/names.h"
@@ -65,7 +68,18 @@ std::span<const HeatmapQuantity> heatmap_quantity_table() {
        .title = "why each pixel stopped",
        .aov = Aov::kStop,
        .channels = {"stop"},
-       .is_categorical = true},
+       .value = [](const float* all) { return std::fmod(all[0], float(kStopReasons)); },
+       .categories =
+           [](const HeatmapStyle&) {
+             return std::vector<Category>(stop_categories().begin(), stop_categories().end());
+           }},
+      {.name = "judge",
+       .summary = "the channel of `judge` that needed each pixel's last samples",
+       .title = "channel that needed the last samples",
+       .aov = Aov::kStop,
+       .channels = {"stop"},
+       .value = [](const float* all) { return std::floor(all[0] / float(kStopReasons)); },
+       .categories = judged_categories},
       {.name = "time",
        .summary = "time spent on each pixel",
        .title = "time per pixel",
@@ -117,13 +131,26 @@ std::span<const Category> stop_categories() {
   return categories;
 }
 
+std::vector<Category> judged_categories(const HeatmapStyle& style) {
+  // From Okabe & Ito 2008. They repeat after eight channels.
+  constexpr Rgb8 kColours[] = {{0, 114, 178},  {230, 159, 0}, {0, 158, 115},  {204, 121, 167},
+                               {86, 180, 233}, {213, 94, 0},  {240, 228, 66}, {153, 153, 153}};
+  std::vector<Category> categories;
+  for (size_t k = 0; k < kMaxJudged; ++k) {
+    const std::string name =
+        k < style.judged.size() ? style.judged[k] : fmt::format("channel {}", k + 1);
+    categories.push_back({float(k), name, kColours[k % std::size(kColours)]});
+  }
+  return categories;
+}
+
 BytePicture draw_quantity(const HeatmapQuantity& quantity, const Plane& plane,
                           const HeatmapStyle& style) {
   const HeatmapSettings settings{
       style,        std::string(quantity.title),       std::string(quantity.unit), quantity.bright,
       quantity.rms, spell_setting_names(quantity.note)};
-  return quantity.is_categorical ? draw_category_map(plane, stop_categories(), settings)
-                                 : draw_heatmap(plane, settings);
+  return quantity.categories ? draw_category_map(plane, quantity.categories(style), settings)
+                             : draw_heatmap(plane, settings);
 }
 
 std::string QuantityPlane::missing_channel(const HeatmapQuantity& quantity,

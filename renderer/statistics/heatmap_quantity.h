@@ -27,8 +27,9 @@ struct HeatmapQuantity {
   // Computes a pixel's value from the values of `channels`, which have the same order. By default,
   // returns the value of the first channel. NaN means that the pixel has no value.
   float (*value)(const float* channels) = [](const float* all) { return all[0]; };
-  std::string_view note = {};       // the last text of the legend
-  bool is_categorical = false;      // the values are PixelStop values instead of amounts
+  std::string_view note = {};  // the last text of the legend
+  // Returns the categories, if the values are categories instead of amounts.
+  std::vector<Category> (*categories)(const HeatmapStyle& style) = nullptr;
   bool needs_denoised = false;      // uses the result of `denoise` for a finished frame
   double bright = kBrightQuantile;  // for automatic_range() (value_scale.h)
   bool rms = false;                 // the legend also shows the RMS
@@ -58,6 +59,9 @@ std::span<const Category> stop_categories();
 
 BytePicture draw_quantity(const HeatmapQuantity& quantity, const Plane& plane,
                           const HeatmapStyle& style);
+
+// Returns the channels of `judge` as categories, with the names in `style`.
+std::vector<Category> judged_categories(const HeatmapStyle& style);
 
 // Computes one quantity of a frame from the film's channels, tile by tile.
 class QuantityPlane {

@@ -290,7 +290,7 @@ TEST_F(Heatmap, FileWithoutTheNeededChannels) {
   expect_failure(input + Words{"-o", path("missing/d.png")}, 1, {"missing/d.png"});
   expect_failure(
       input + Words{"-o", path("d.png"), "--of", "speed"}, 2,
-      {"--of", "valid names are samples, error, denoised_error, stop, time, non_finite"});
+      {"--of", "valid names are samples, error, denoised_error, stop, judge, time, non_finite"});
   expect_failure(input + Words{"-o", path("d.png"), "--colors", "jet"}, 2,
                  {"--colors", "valid names are grey, viridis, inferno, magma, turbo"});
   expect_failure(input + Words{"-o", path("d.png"), "--range", "2,1"}, 2, {"--range", "MIN,MAX"});

@@ -46,6 +46,7 @@ CASES = {
     "max-spp": ("32", {**ADAPTIVE, "noise-threshold": "0.02", "spp": None}, BOX),
     "estimator": ("dammertz", {**ADAPTIVE, "noise-threshold": "0.1", "spp": None}, BOX),
     "allocation": ("denoised", {**ADAPTIVE, "spp": "16"}, BOX),
+    "judge": ("RGB,A:0.02", {**ADAPTIVE, "noise-threshold": "0.1", "spp": None}, BOX),
     "unbiased": ("yes", {**ADAPTIVE, "spp": "16"}, BOX),
     "time-limit": ("1000", {}, BOX),
     "integrator": ("normal", {}, BOX),

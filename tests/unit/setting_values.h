@@ -34,6 +34,7 @@ inline const std::map<std::string, std::string>& non_default_values() {
       {"max-spp", "1000"},
       {"estimator", "two-stream"},
       {"allocation", "mse"},
+      {"judge", "RGB,A"},
       {"unbiased", "yes"},
       {"time-limit", "0.1"},
       {"integrator", "direct"},

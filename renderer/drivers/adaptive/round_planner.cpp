@@ -113,12 +113,15 @@ constexpr size_t kGrain = 8192;
 
 }  // namespace
 
-RoundPlanner::RoundPlanner(const AdaptiveSettings& settings, int width, int height, uint32_t seed)
+RoundPlanner::RoundPlanner(const AdaptiveSettings& settings, int width, int height, uint32_t seed,
+                           int light_groups)
     : settings_(settings),
       entry_(find_estimator(settings.estimator)),
       seed_(seed),
       error_estimate_(std::numeric_limits<double>::quiet_NaN()),
-      halves_(settings.unbiased ? SampleParts::kEveryUpdate : SampleParts::kPowersOfTwo),
+      judged_(settings.judged, settings.threshold, light_groups),
+      halves_(settings.unbiased ? SampleParts::kEveryUpdate : SampleParts::kPowersOfTwo,
+              judged_.value_count()),
       recorded_(std::numeric_limits<size_t>::max()) {
   const size_t pixels = size_t(width) * size_t(height);
   pilot_ = pilot_samples(settings, entry_);
@@ -138,8 +141,13 @@ void RoundPlanner::update(const FilmTile& film) { update(film, false, {}); }
 bool RoundPlanner::update(const FilmTile& film, bool to_plan, const std::stop_token& stop) {
   gather_statistics(film, &statistics_);
   if (stop.stop_requested()) return false;
-  if (entry_.halves) halves_.update(&statistics_);
+  if (entry_.halves) {
+    const auto read_means = [&](size_t i, float* means) { judged_.read_means(film, i, means); };
+    judged_.value_count() > 0 ? halves_.update(&statistics_, read_means)
+                              : halves_.update(&statistics_);
+  }
   entry_.estimate(statistics_, {settings_.threshold, settings_.allocation}, &errors_);
+  if (!judged_.is_default()) judged_.update(film, statistics_, halves_, &errors_);
   if (stop.stop_requested()) return false;
   if (uses_denoised_error()) return update_denoised(film, to_plan, stop);
   if (entry_.rms_error) {
@@ -186,6 +194,7 @@ bool RoundPlanner::unfinished(size_t i) const {
 void RoundPlanner::record(size_t pixel) {
   if (pixel != recorded_) records_.clear();
   recorded_ = pixel;
+  judged_.record(pixel);
 }
 
 PixelStop RoundPlanner::stop_of(size_t i) const {
@@ -404,7 +413,7 @@ void RoundPlanner::set_targets(const CountOf& count_of) {
   if (recording) {
     const size_t i = recorded_;
     records_.push_back({round_, samples_before, errors_.error[i], errors_.deviation[i],
-                        statistics_.cost[i], targets_[i]});
+                        statistics_.cost[i], targets_[i], judged_.recorded_channel()});
   }
 }
 
@@ -561,6 +570,7 @@ void RoundPlanner::archive(Archive& archive) {
   }
   archive.check(settings_.budget == 0 || total <= 2 * uint64_t(settings_.budget) * pixels);
   halves_.archive(archive, pixels);
+  judged_.archive(archive, pixels);
   if (uses_denoised_error()) denoised_.archive(archive, pixels);
   archive.array(errors_.error, pixels);
   archive.array(errors_.deviation, pixels);
@@ -570,12 +580,14 @@ void RoundPlanner::archive(Archive& archive) {
   archive.check(entry_.batch > 0 || errors_.error.size() == errors_.deviation.size());
   archive.number(recorded_, size_t(0), std::numeric_limits<size_t>::max());
   archive.list(records_, kMaxRounds);
+  for (const RoundRecord& record : records_) archive.check(record.judged < judged_.size());
+  judged_.record(recorded_);
 }
 
 uint64_t RoundPlanner::bytes() const {
   // The statistics have twelve planes.
-  return halves_.bytes() + denoised_.bytes() + targets_.capacity() * sizeof(uint32_t) +
-         12 * statistics_.size() * sizeof(float) +
+  return halves_.bytes() + judged_.bytes() + denoised_.bytes() +
+         targets_.capacity() * sizeof(uint32_t) + 12 * statistics_.size() * sizeof(float) +
          (errors_.error.capacity() + errors_.deviation.capacity() + rates_.capacity() +
           allocated_.capacity()) *
              sizeof(float) +

@@ -13,6 +13,7 @@
 #include "renderer/drivers/adaptive/allocation.h"
 #include "renderer/drivers/adaptive/denoised_error.h"
 #include "renderer/drivers/adaptive/error_estimator.h"
+#include "renderer/drivers/adaptive/judged_channels.h"
 #include "renderer/drivers/adaptive/round_averages.h"
 #include "renderer/drivers/adaptive/sample_halves.h"
 #include "renderer/drivers/work_forecast.h"
@@ -31,12 +32,15 @@ struct RoundRecord {
   float deviation = 0.0f;
   float cost = 0.0f;    // of a sample, as in PixelStatistics
   uint32_t target = 0;  // samples after the round
+  uint32_t judged = 0;  // JudgedChannels::recorded_channel()
 };
 
 class RoundPlanner {
  public:
-  // Plans a crop of width x height pixels; `seed` is used for random rounding.
-  RoundPlanner(const AdaptiveSettings& settings, int width, int height, uint32_t seed);
+  // Plans a crop of width x height pixels; `seed` is used for random rounding. `light_groups` is
+  // the number of groups in the film.
+  RoundPlanner(const AdaptiveSettings& settings, int width, int height, uint32_t seed,
+               int light_groups = 0);
 
   // Makes the error estimates apply to `averages`, which must outlive the planner. From the first
   // round on, the picture shows these averages instead of the plain means of all samples.
@@ -89,6 +93,7 @@ class RoundPlanner {
   uint32_t round_seed() const;
   int round() const { return round_; }
   const ErrorMap& errors() const { return errors_; }
+  const JudgedChannels& judged() const { return judged_; }
 
   // From now on, records the state of the pixel with this index in every round, and drops the
   // records of any other pixel.
@@ -150,6 +155,7 @@ class RoundPlanner {
   std::vector<uint32_t> targets_;
   const RoundAverages* averages_ = nullptr;
   PixelStatistics statistics_;
+  JudgedChannels judged_;
   SampleHalves halves_;     // used if the estimator needs halves
   DenoisedError denoised_;  // used if the allocation is `denoised`
   ErrorMap errors_;

@@ -19,7 +19,7 @@ bool is_half_step(float count) { return (significand(count) & 0x3fffffu) == 0; }
 
 }  // namespace
 
-void SampleHalves::update(PixelStatistics* pixels) {
+void SampleHalves::update(PixelStatistics* pixels, const ReadMeans& read_more) {
   const size_t size = pixels->size();
   std::vector<std::vector<float>*> planes = {&count_, &weight_};
   for (auto* channels : {&mean_, &difference_}) {
@@ -28,22 +28,25 @@ void SampleHalves::update(PixelStatistics* pixels) {
   resize_planes(planes, size);
   constexpr size_t kGrain = 4096;
   parallel_ranges(size, kGrain,
-                  [&](size_t begin, size_t end) { update_range(begin, end, pixels); });
+                  [&](size_t begin, size_t end) { update_range(begin, end, read_more, pixels); });
 }
 
 // Two parts with a and b samples have the mean M = (a M1 + b M2) / n, so M1 - M2 = (M1 - M) n / b.
 // Example: for 8 samples of 1 and then 8 samples of 3, M = 2 and M1 - M2 = (1 - 2) 16 / 8 = -2.
-void SampleHalves::update_range(size_t begin, size_t end, PixelStatistics* pixels) {
+void SampleHalves::update_range(size_t begin, size_t end, const ReadMeans& read_more,
+                                PixelStatistics* pixels) {
   const bool every_update = parts_ == SampleParts::kEveryUpdate;
+  std::vector<float> means(mean_.size());
   for (size_t i = begin; i < end; ++i) {
     const float n = pixels->count[i], a = count_[i], b = n - a;
     if (b >= kMinPartSamples && (every_update || is_half_step(n))) {
       const bool second = a > 0.0f, first = every_update || is_power_of_two(n);
       if (second) weight_[i] = a * b / n;
-      for (size_t c = 0; c < 3; ++c) {
-        const float mean = pixels->mean[c][i];
-        if (second) difference_[c][i] = (mean_[c][i] - mean) * (n / b);
-        if (first) mean_[c][i] = mean;
+      for (size_t c = 0; c < 3; ++c) means[c] = pixels->mean[c][i];
+      if (read_more) read_more(i, &means[3]);
+      for (size_t c = 0; c < means.size(); ++c) {
+        if (second) difference_[c][i] = (mean_[c][i] - means[c]) * (n / b);
+        if (first) mean_[c][i] = means[c];
       }
       if (first) count_[i] = n;
     }
@@ -63,6 +66,8 @@ void SampleHalves::archive(Archive& archive, size_t pixels) {
   }
 }
 
-uint64_t SampleHalves::bytes() const { return 8 * count_.capacity() * sizeof(float); }
+uint64_t SampleHalves::bytes() const {
+  return (2 + 2 * mean_.size()) * count_.capacity() * sizeof(float);
+}
 
 }  // namespace emberline

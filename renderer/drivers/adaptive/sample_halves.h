@@ -13,8 +13,10 @@
 // was half as large, so this class stores it at that time.
 #pragma once
 
-#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <functional>
+#include <span>
 #include <vector>
 
 #include "renderer/drivers/adaptive/pixel_statistics.h"
@@ -36,7 +38,11 @@ enum class SampleParts {
 
 class SampleHalves {
  public:
-  explicit SampleHalves(SampleParts parts) : parts_(parts) {}
+  // `more` is the number of values of a pixel, besides R G B, whose parts are also compared.
+  explicit SampleHalves(SampleParts parts, size_t more = 0)
+      : parts_(parts), mean_(3 + more), difference_(3 + more) {}
+  // Writes the present means of these values of pixel i. Called concurrently.
+  using ReadMeans = std::function<void(size_t i, float* means)>;
 
   // Reads the statistics of a crop; all calls must be for the same crop. Replaces each stream
   // difference by the difference between the means of the pixel's two parts, scaled as if these
@@ -44,21 +50,26 @@ class SampleHalves {
   // / n, the expected square of the difference is 4 / n times the variance of a sample. Until there
   // are two parts, second_count and the difference are 0. Between the counts at which parts are
   // compared, the last result is kept.
-  void update(PixelStatistics* pixels);
+  void update(PixelStatistics* pixels, const ReadMeans& read_more = {});
+
+  // Describe the last two parts of each pixel, with a and b samples: the weight a b / (a + b), and
+  // for each further value the difference of the parts' means. The weight is 0 before there are two
+  // parts. The weight times the squared difference estimates the variance of a sample, if the
+  // variance of a mean falls as 1 / n.
+  std::span<const float> weights() const { return weight_; }
+  std::span<const float> differences(size_t further) const { return difference_[3 + further]; }
 
   void archive(Archive& archive, size_t pixels);
   uint64_t bytes() const;
 
  private:
-  void update_range(size_t begin, size_t end, PixelStatistics* pixels);
+  void update_range(size_t begin, size_t end, const ReadMeans& read_more, PixelStatistics* pixels);
 
   SampleParts parts_;
-  std::vector<float> count_;                // samples of the first part in the next comparison
-  std::array<std::vector<float>, 3> mean_;  // mean of that part's samples
-  // Describes the last two parts, with a and b samples: the weight a b / (a + b), and the
-  // difference of their means. The weight is 0 before there are two parts.
+  std::vector<float> count_;              // samples of the first part in the next comparison
+  std::vector<std::vector<float>> mean_;  // mean of that part's samples, for R, G, B and the rest
   std::vector<float> weight_;
-  std::array<std::vector<float>, 3> difference_;
+  std::vector<std::vector<float>> difference_;
 };
 
 }  // namespace emberline

@@ -7,13 +7,10 @@
 
 #include "renderer/core/parallel.h"
 #include "renderer/core/vector.h"
+#include "renderer/drivers/adaptive/pooling.h"
 
 namespace emberline {
 namespace {
-
-constexpr int kRadius = 2;
-// exp(-d^2 / (2 sigma^2)) for sigma = 1.2 pixels and d = 0, 1, 2 pixels.
-constexpr float kKernel[kRadius + 1] = {1.0f, 0.706648f, 0.249352f};
 
 // The weight of the samples' pooled spread in the squared deviation. The pooled difference of the
 // streams has weight 1. Without the spread, a pixel whose streams agree by chance would be
@@ -51,19 +48,6 @@ class PlaneRows {
   std::vector<float> values_;
 };
 
-void pool_across(const float* in, int width, float* out) {
-  for (int x = 0; x < width; ++x) {
-    out[x] = kKernel[2] * (in[x - 2] + in[x + 2]) + kKernel[1] * (in[x - 1] + in[x + 1]) + in[x];
-  }
-}
-
-void pool_down(const std::array<const float*, 2 * kRadius + 1>& in, int width, float* out) {
-  const auto [a, b, c, d, e] = in;
-  for (int x = 0; x < width; ++x) {
-    out[x] = kKernel[2] * (a[x] + e[x]) + kKernel[1] * (b[x] + d[x]) + c[x];
-  }
-}
-
 // Computes rows pooled over the kernel's height from rows pooled over its width. The rows pooled
 // over the width are computed once and kept while the kernel covers them, so rows must be requested
 // from top to bottom.
@@ -71,17 +55,17 @@ class PooledRows {
  public:
   PooledRows(const PixelStatistics& pixels, int first)
       : pixels_(pixels),
-        next_(std::max(0, first - kRadius)),
-        padded_row_(size_t(pixels.width) + 2 * kRadius),
+        next_(std::max(0, first - kPoolRadius)),
+        padded_row_(size_t(pixels.width) + 2 * kPoolRadius),
         zero_row_(size_t(pixels.width)),
         across_(kHeight, PlaneRows(size_t(pixels.width))),
         pooled_(size_t(pixels.width)) {}
 
   const PlaneRows& row(int y) {
-    for (; next_ <= std::min(y + kRadius, pixels_.height - 1); ++next_) add_row(next_);
+    for (; next_ <= std::min(y + kPoolRadius, pixels_.height - 1); ++next_) add_row(next_);
     std::array<const PlaneRows*, kHeight> kernel_rows;
     for (int i = 0; i < kHeight; ++i) {
-      const int from = y + i - kRadius;
+      const int from = y + i - kPoolRadius;
       const bool inside = from >= 0 && from < pixels_.height;
       kernel_rows[size_t(i)] = inside ? &across_[size_t(from % kHeight)] : &zero_row_;
     }
@@ -93,7 +77,7 @@ class PooledRows {
   }
 
  private:
-  static constexpr int kHeight = 2 * kRadius + 1;
+  static constexpr int kHeight = 2 * kPoolRadius + 1;
 
   void add_row(int y) {
     const size_t first = size_t(y) * size_t(pixels_.width);
@@ -101,7 +85,7 @@ class PooledRows {
     const float* second = &pixels_.second_count[first];
     PlaneRows& out = across_[size_t(y % kHeight)];
     const auto pool = [&](int plane, const auto& value) {
-      float* raw = padded_row_.data() + kRadius;  // with margins of 0
+      float* raw = padded_row_.data() + kPoolRadius;  // with margins of 0
       for (int x = 0; x < pixels_.width; ++x) raw[x] = value(x);
       pool_across(raw, pixels_.width, out[plane]);
     };
@@ -132,8 +116,8 @@ class PooledRows {
     }
   }
   const float* pad_row(const float* row) {
-    std::copy(row, row + pixels_.width, padded_row_.data() + kRadius);
-    return padded_row_.data() + kRadius;
+    std::copy(row, row + pixels_.width, padded_row_.data() + kPoolRadius);
+    return padded_row_.data() + kPoolRadius;
   }
 
   const PixelStatistics& pixels_;

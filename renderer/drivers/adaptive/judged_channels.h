@@ -1,0 +1,103 @@
+// The channels whose errors decide about samples (`judge`), and the estimate of these errors.
+//
+// The picture's R G B have their own estimator (error_estimator.h). The variance of each other
+// channel is estimated from the difference between the two parts of the pixel's samples
+// (sample_halves.h), pooled over neighbours (pooling.h), as `nested` does for R G B. How a variance
+// becomes an error is a property of the channel (ErrorScale).
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "renderer/drivers/adaptive/adaptive_settings.h"
+#include "renderer/drivers/adaptive/sample_halves.h"
+
+namespace emberline {
+
+class Archive;
+struct ChannelRow;
+struct ErrorMap;
+class FilmTile;
+struct PixelStatistics;
+
+// Parses a list such as "RGB,A:0.005". Throws a UsageError with the valid names.
+std::vector<JudgedChannel> parse_judged(std::string_view list);
+// Returns the memory that the channels take in addition to R G B, in a film with these light
+// groups.
+uint64_t judged_bytes_per_pixel(std::span<const JudgedChannel> channels, int light_groups);
+
+// Judges the pixels of one film by several channels. A pixel's error is the error of the channel
+// that is furthest above its threshold, scaled such that it can be compared with the frame's
+// threshold. A squared deviation is the sum over the channels, each scaled likewise.
+class JudgedChannels {
+ public:
+  // An empty list means R G B. `threshold` is the frame's, or 0.
+  JudgedChannels(std::vector<JudgedChannel> channels, float threshold, int light_groups);
+
+  size_t size() const { return channels_.size(); }
+  const JudgedChannel& operator[](size_t channel) const { return channels_[channel]; }
+  float threshold(size_t channel) const;  // 0: none
+  // Whether only R G B are judged, by the frame's threshold, so that update() is not needed.
+  bool is_default() const {
+    return values_.empty() && judges_picture_ && relative_scale(picture_) == 1.0f;
+  }
+
+  // The number of values of a pixel besides R G B, and their means over the pixel's samples.
+  size_t value_count() const { return value_count_; }
+  void read_means(const FilmTile& film, size_t i, float* means) const;
+
+  // Replaces the errors of R G B in `errors` by those of all judged channels. `halves` must have
+  // the values of read_means(). Results are finite and not negative.
+  void update(const FilmTile& film, const PixelStatistics& pixels, const SampleHalves& halves,
+              ErrorMap* errors);
+  // The channels' errors in this pixel are kept by the following updates.
+  void record(size_t pixel) { recorded_ = pixel; }
+  // One error per channel, in the channel's own scale. Empty before the first update.
+  std::span<const float> recorded_errors() const { return recorded_errors_; }
+  // The channel with the largest of these errors in comparison with its threshold.
+  uint32_t recorded_channel() const { return recorded_channel_; }
+
+  // Returns the index of the channel that was furthest above its threshold when the pixel was last
+  // above any. Without thresholds, this is the channel with the largest error.
+  uint32_t last_unfinished(size_t i) const { return i < last_.size() ? last_[i] : picture_; }
+
+  void archive(Archive& archive, size_t pixels);
+  uint64_t bytes() const { return last_.capacity(); }
+  // The most that update() needs in addition, per pixel.
+  static constexpr uint64_t kUpdateBytes = 4 * sizeof(float) + 1;
+
+ private:
+  // Values that are measured together: those of a channel, or those of one light group.
+  struct Values {
+    uint8_t channel;
+    const ChannelRow* row;
+    int light_group;      // -1: the row's own values
+    size_t first, count;  // among the values besides R G B
+    size_t skipped;       // values of the row before these
+  };
+  void add_values(uint8_t channel, int light_groups);
+  void read_values(const FilmTile& film, const Values& values, size_t i, float* out) const;
+  void measure(const FilmTile& film, const PixelStatistics& pixels, const SampleHalves& halves,
+               const Values& values, std::vector<float>* variances) const;
+  void add_errors(const Values& values, const PixelStatistics& pixels,
+                  std::span<const float> variances, std::span<uint8_t> furthest, ErrorMap* errors);
+  float relative_scale(size_t channel) const;
+  void scale_picture(ErrorMap* errors);
+
+  std::vector<JudgedChannel> channels_;
+  float threshold_;
+  bool judges_picture_ = false;
+  uint8_t picture_ = 0;  // index of R G B
+  std::vector<Values> values_;
+  size_t value_count_ = 0;
+  std::vector<uint8_t> last_;
+  size_t recorded_ = SIZE_MAX;
+  std::vector<float> recorded_errors_;
+  uint32_t recorded_channel_ = 0;
+};
+
+}  // namespace emberline
