@@ -14,6 +14,7 @@
 #include "renderer/api/frame_parts.h"
 #include "renderer/api/picture_sink.h"
 #include "renderer/core/errors.h"
+#include "renderer/engine/render_plan.h"
 #include "renderer/engine/setting_table.h"
 #include "renderer/engine/stop_request.h"
 #include "renderer/output/checkpoint_head.h"
@@ -175,7 +176,7 @@ RenderedPicture render_picture(const Access::SceneState& state, const RenderOpti
   const int threads = arena_threads(resources);
   const MemoryReservation memory =
       reserve_memory(options, output, parts.layers, plan, threads, state.limits);
-  const FrameStop end(watch.stop, watch.give_up, options.time_limit_s);
+  const FrameStop end(watch.stop, watch.give_up, time_limit_of(options));
   tbb::task_arena arena(threads);
   const std::unique_ptr<RenderJob> prepared = arena.execute(
       [&] { return plan.prepare(*state.open, parts.camera, parts.scene_parts, end.token()); });

@@ -267,11 +267,12 @@ void CommandFrame::render() {
   if (!run_.graceful) run_.graceful.emplace();
   clock_.emplace();
   run_.arena->execute([&] {
-    // For planned frames, the finished buckets tell the progress.
-    const uint64_t samples_per_pixel = sample_plan_ ? 0 : plan_.samples_per_pixel;
+    // For planned frames, the finished buckets tell the progress; for others, the time.
+    const bool is_count_known = !sample_plan_ && plan_.time_budget_s == 0;
+    const uint64_t samples_per_pixel = is_count_known ? plan_.samples_per_pixel : 0;
     ProgressDisplay progress(
         uint64_t(double(plan_.crop.area()) * double(samples_per_pixel) * part_of_frame()), stop_,
-        options_.time_limit_s, allotted_seconds(),
+        time_limit_of(options_), allotted_seconds(),
         run_.frame_position ? run_.frame_position->text() : "",
         run_.progress_file ? &*run_.progress_file : nullptr);
     progress.add_resumed(report_.resumed_samples, 0);

@@ -163,6 +163,11 @@ class AdaptiveDriver final : public FrameDriver {
 
   bool finished() const override { return stage_ == Stage::kFinished; }
 
+  void extend_work(double factor) override {
+    planner_.extend_work(factor);
+    stage_ = Stage::kRounds;
+  }
+
   uint32_t min_samples(const FilmTile&) const override { return min_count(sample_counts_); }
 
   std::optional<double> error_estimate() const override {

@@ -78,6 +78,7 @@ class BisectionDriver final : public FrameDriver {
   BisectionDriver(const Frame& frame, const Rect& crop, const DriverSettings& settings)
       : crop_(crop),
         seed_(frame.seed),
+        is_open_(frame.time_budget_s > 0),
         samples_per_pixel_(frame.samples_per_pixel),
         axis_(settings.bisection_axis),
         reconstruction_(settings.reconstruction),
@@ -124,6 +125,12 @@ class BisectionDriver final : public FrameDriver {
   }
 
   bool finished() const override { return min_samples_ == samples_per_pixel_; }
+  void extend_work(double factor) override {
+    const double samples = std::min(factor * double(samples_per_pixel_), double(kMaxSamples));
+    const auto more = std::max(samples_per_pixel_, uint32_t(samples));
+    add_bisection_passes(samples_per_pixel_, more, passes_);
+    samples_per_pixel_ = more;
+  }
   uint32_t min_samples(const FilmTile&) const override {
     return std::max(min_samples_, initial_samples_);
   }
@@ -148,6 +155,7 @@ class BisectionDriver final : public FrameDriver {
   }
 
   void archive(Archive& archive, const FilmTile&) override {
+    if (is_open_) archive_passes(archive);
     archive.number(pass_, size_t(0), passes_.size() - 1);
     if (archive.loading() && pass_ > 0) later_pass_.emplace(crop_, passes_[pass_], axis_);
     archive.number(end_, size_t(0), pass().parts.parts());
@@ -181,11 +189,27 @@ class BisectionDriver final : public FrameDriver {
   };
   const Pass& pass() const { return later_pass_ ? *later_pass_ : first_; }
 
+  // The passes of a frame with a time budget depend on the time.
+  void archive_passes(Archive& archive) {
+    constexpr size_t kMaxPasses = 256;
+    archive.list(passes_, kMaxPasses);
+    archive.number(samples_per_pixel_, 1u, kMaxSamples);
+    uint32_t done = 0;
+    for (const SampleRange& pass : passes_) {
+      archive.check(pass.first_sample == done && pass.sample_count > 0 &&
+                    pass.sample_count <= samples_per_pixel_ - done);
+      done += pass.sample_count;
+    }
+    archive.check(done == samples_per_pixel_ && passes_.front() == bisection_passes(1).front());
+  }
+
   const Rect crop_;
-  const uint32_t seed_, samples_per_pixel_;
+  const uint32_t seed_;
+  const bool is_open_;  // the frame has a time budget
+  uint32_t samples_per_pixel_;
   const BisectionAxis axis_;
   const Reconstruction reconstruction_;
-  const std::vector<SampleRange> passes_;
+  std::vector<SampleRange> passes_;
   const Pass first_;
   std::optional<Pass> later_pass_;
   size_t pass_ = 0;               // index of the current pass

@@ -158,13 +158,18 @@ BisectionCell square_cell(uint64_t pixels) {
   return {1 << (bits - bits / 2), 1 << bits / 2};
 }
 
-std::vector<SampleRange> bisection_passes(uint32_t samples_per_pixel) {
-  std::vector<SampleRange> passes;
-  for (uint32_t done = 0; done < samples_per_pixel;) {
+void add_bisection_passes(uint32_t done, uint32_t samples_per_pixel,
+                          std::vector<SampleRange>& passes) {
+  while (done < samples_per_pixel) {
     const uint32_t count = std::min(std::max(done, 1u), samples_per_pixel - done);
     passes.push_back({done, count});
     done += count;
   }
+}
+
+std::vector<SampleRange> bisection_passes(uint32_t samples_per_pixel) {
+  std::vector<SampleRange> passes;
+  add_bisection_passes(0, samples_per_pixel, passes);
   return passes;
 }
 

@@ -66,6 +66,9 @@ struct SampleRange {
 // `samples_per_pixel` in all. Each pass doubles the number of samples. From the sixth pass on, a
 // pass consists of whole batches of 16.
 std::vector<SampleRange> bisection_passes(uint32_t samples_per_pixel);
+// Appends the passes from `done` to `samples_per_pixel` samples of every pixel.
+void add_bisection_passes(uint32_t done, uint32_t samples_per_pixel,
+                          std::vector<SampleRange>& passes);
 
 // Returns a cell of `pixels` pixels (a power of two). Its width is equal to its height or twice its
 // height.

@@ -84,6 +84,9 @@ struct Frame {
   uint32_t half_block = 8;
   AovSet aovs;
   double shutter_frames = 1.0;  // shutter time in frames for velocity(); 1 if instant
+  // Seconds into which the frame shall fit; the driver then begins with few samples, and
+  // FrameDriver::extend_work() adds more. 0: no budget.
+  double time_budget_s = 0;
   bool exact_counts = true;     // whether every pixel gets exactly samples_per_pixel
   float clamp_indirect = 0.0f;  // as in the integrator's settings
   // Light groups of the built scene that are recorded separately, if the integrator supports that

@@ -79,6 +79,9 @@ class FrameDriver {
 
   // Returns whether the film has all samples that the driver will request.
   virtual bool finished() const = 0;
+  // For frames with a time budget: requests more samples, so that the work of the whole frame is
+  // about `factor` times the work so far. Call when finished(), at a pause.
+  virtual void extend_work(double /*factor*/) {}
   // Returns the smallest number of samples of any pixel.
   virtual uint32_t min_samples(const FilmTile& film) const = 0;
   // Returns the expected RMS error of the displayed picture as of the last decision, if known.

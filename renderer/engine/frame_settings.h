@@ -66,6 +66,7 @@ struct FrameSettings {
   bool unbiased = false;
   std::string judge;  // list for judged_channels_of(); empty: R G B
   std::optional<double> time_limit_s;
+  std::optional<double> time_budget_s;  // plan samples for this time (time_budget.h)
   int max_depth = 16;
   std::optional<float> clamp_indirect;  // radiance; absent: no clamping
   int light_samples = 1;                // on surfaces seen directly, in mirrors or through glass

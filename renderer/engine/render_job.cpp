@@ -8,7 +8,9 @@
 #include "renderer/core/flush_denormals.h"
 #include "renderer/drivers/bucket_schedule.h"
 #include "renderer/engine/film_memory.h"
+#include "renderer/engine/render_clock.h"
 #include "renderer/engine/render_loop.h"
+#include "renderer/engine/time_budget.h"
 #include "renderer/film/film.h"
 #include "renderer/film/light_mix.h"
 
@@ -136,12 +138,31 @@ void RenderJob::extend(std::span<const std::byte> finished) {
   film_is_ahead_ = true;
 }
 
+// Called when the driver has finished. Returns false if the frame is finished, too.
+bool RenderJob::extend_work(std::optional<FrameBudget>& budget) {
+  if (!budget) return false;
+  while (const std::optional<double> factor = budget->next_factor(work_of(counters_.rays))) {
+    driver_->extend_work(*factor);
+    if (!driver_->finished()) return true;
+  }
+  return false;
+}
+
 void RenderJob::render_crop(RenderLoop& loop) {
   if (!driver_) begin();
   JobProgress progress;
-  while (!driver_->finished()) {
+  std::optional<FrameBudget> budget;
+  if (frame_.time_budget_s > 0) {
+    budget.emplace(
+        frame_.time_budget_s, [watch = Stopwatch()] { return watch.seconds(); },
+        work_of(counters_.rays));
+  }
+  while (!driver_->finished() || extend_work(budget)) {
     if (parts_done_ == driver_->round().parts) {
-      if (!driver_->next(*film_, resumable_ ? std::stop_token() : loop.stop)) break;
+      if (!driver_->next(*film_, resumable_ ? std::stop_token() : loop.stop)) {
+        if (driver_->finished()) continue;
+        break;
+      }
       parts_done_ = 0;
     }
     const Round round = driver_->round();

@@ -20,8 +20,10 @@
 
 namespace emberline {
 
+class FrameBudget;
 class RenderLoop;
 class RenderWorker;
+class TileBudget;
 class TileOwner;
 
 // Facts about a finished tile that are not in its film.
@@ -151,6 +153,7 @@ class RenderJob final : public LivePicture {
   void begin();
   void archive(Archive& archive);
   void render_crop(RenderLoop& loop);
+  bool extend_work(std::optional<FrameBudget>& budget);
 
   // render_tiles.cpp
   void render_tiles(RenderLoop& loop);
@@ -158,8 +161,12 @@ class RenderJob final : public LivePicture {
                    FilmTile& film, TileResult& result);
   void save_tile(FrameDriver& driver, FilmTile& film, TileResult& result);
   bool load_tile(RenderLoop& loop, const Rect& tile, FilmTile& film, TileResult& result);
-  std::unique_ptr<FrameDriver> begin_tile(RenderLoop& loop, const Rect& tile, FilmTile& film,
-                                          TileResult& result);
+  std::unique_ptr<FrameDriver> begin_tile(RenderLoop& loop, const Rect& tile, uint32_t samples,
+                                          FilmTile& film, TileResult& result);
+  double measure_tiles(RenderLoop& loop, std::span<const Rect> tiles, uint32_t first_sample,
+                       uint32_t samples, std::vector<double>& costs) const;
+  void begin_budget(RenderLoop& loop, std::span<const Rect> tiles,
+                    std::optional<TileBudget>& budget) const;
   std::vector<Rect> tiles() const;
 
   const Frame frame_;

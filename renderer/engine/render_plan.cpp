@@ -42,7 +42,9 @@ void shorten_half_blocks(uint32_t samples, RenderPlan& plan) {
 }
 
 void plan_uniform(const FrameSettings& o, RenderPlan& plan) {
-  plan.samples_per_pixel = o.spp.value_or(kDefaultSamples);
+  // A frame with a time budget begins with this many samples.
+  const uint32_t first = plan.aovs.contains(Aov::kDenoising) ? kMinStreamSamples : 1;
+  plan.samples_per_pixel = o.time_budget_s ? first : o.spp.value_or(kDefaultSamples);
   if (o.sample_range) {
     plan.first_sample = o.sample_range->first;
     plan.samples_per_pixel = o.sample_range->end - o.sample_range->first;
@@ -66,7 +68,10 @@ void plan_adaptive(const FrameSettings& o, RenderPlan& plan) {
   a.max_samples = o.max_spp.value_or(0);
   a.unbiased = o.unbiased;
   a.judged = judged_channels_of(o);
-  if (o.spp) {
+  a.is_open = o.time_budget_s.has_value();
+  if (a.is_open) {
+    a.budget = std::max(kMinStreamSamples, a.min_samples);
+  } else if (o.spp) {
     a.budget = *o.spp;
   } else if (o.unbiased || (a.threshold <= 0.0f && a.max_samples == 0)) {
     a.budget = kDefaultSamples;
@@ -88,6 +93,7 @@ RenderPlan::RenderPlan(const FrameSettings& s, const PrepareOptions& options)
       height(s.height),
       crop(crop_of(s)),
       is_uniform(samples_uniformly(s)),
+      time_budget_s(s.time_budget_s.value_or(0)),
       seed(s.seed),
       aovs(aovs_of(s)),
       shutter_frames(shutter_frames_of(s)),
@@ -153,6 +159,7 @@ std::unique_ptr<RenderJob> RenderPlan::prepare_stage(const OpenScene& scene, con
   part.shutter_frames = shutter_frames_of(scene.settings());
   part.crop = stage.crop;
   part.samples_per_pixel = stage.samples_per_pixel;
+  part.time_budget_s = 0;
   part.exact_counts =
       is_uniform || find_driver(stage.driver).distribution == SampleDistribution::kUniform;
   return std::make_unique<RenderJob>(std::move(part), driver_factory(stage.driver, settings));
@@ -175,7 +182,8 @@ Frame RenderPlan::frame(const Scene& scene, const Camera& camera, const ScenePar
           .half_block = half_block,
           .aovs = aovs,
           .shutter_frames = shutter_frames,
-          .exact_counts = is_uniform,
+          .time_budget_s = time_budget_s,
+          .exact_counts = is_uniform && time_budget_s == 0,
           .clamp_indirect = clamp_indirect,
           .light_groups = parts.light_groups,
           .cryptomattes = parts.cryptomattes,
@@ -205,6 +213,11 @@ bool samples_uniformly(const FrameSettings& settings) {
 }
 
 bool is_tiled(const FrameSettings& settings) { return driver_of(settings).tiles; }
+
+std::optional<double> time_limit_of(const FrameSettings& settings) {
+  if (!settings.time_budget_s || is_tiled(settings)) return settings.time_limit_s;
+  return std::min(*settings.time_budget_s, settings.time_limit_s.value_or(*settings.time_budget_s));
+}
 
 std::string_view allocation_of(const FrameSettings& settings) {
   if (samples_uniformly(settings) || estimator_of(settings).batch != 0) return "";

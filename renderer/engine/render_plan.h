@@ -81,6 +81,7 @@ struct RenderPlan {
   uint32_t first_sample = 0;
   uint32_t samples_per_pixel = 0;  // of each pixel, or on average; 0: until the threshold is met
   bool is_uniform = true;          // every pixel gets the same number of samples
+  double time_budget_s = 0;        // as in Frame
   uint32_t seed;
   StreamCount streams = StreamCount::kOne;
   static constexpr uint32_t kStreamBlock = 8;
@@ -106,6 +107,10 @@ bool samples_uniformly(const FrameSettings& settings);
 // Returns whether the driver finishes tile by tile and has no picture of the whole frame before the
 // end.
 bool is_tiled(const FrameSettings& settings);
+
+// Returns the time after which a frame must be stopped, whether it is finished or not. A frame with
+// a time budget is stopped at its end, unless that would leave buckets without samples.
+std::optional<double> time_limit_of(const FrameSettings& settings);
 
 // Returns the error metric by which samples are allocated. The text is empty if every pixel gets
 // the same number of samples, or if the error estimate only decides which pixels are finished.

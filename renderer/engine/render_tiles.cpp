@@ -5,11 +5,14 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "renderer/core/errors.h"
 #include "renderer/drivers/bucket_schedule.h"
+#include "renderer/engine/render_clock.h"
 #include "renderer/engine/render_job.h"
 #include "renderer/engine/render_loop.h"
+#include "renderer/engine/time_budget.h"
 #include "renderer/film/film.h"
 
 namespace emberline {
@@ -35,6 +38,12 @@ std::optional<double> error_of_tiles(std::span<const Rect> tiles,
 }
 
 namespace {
+
+// Ignores samples whose only purpose is to measure the pace.
+class SilentSink final : public RenderSink {
+ public:
+  void tile_finished(const FilmTile&) override {}
+};
 
 uint64_t pixels_of(std::span<const Rect> tiles) {
   uint64_t pixels = 0;
@@ -64,6 +73,64 @@ void RenderJob::render_tile(RenderLoop& loop, TileOwner& owner, RenderWorker& wo
   result.min_samples = driver.min_samples(film);
 }
 
+// Renders these samples of a few pixels in each tile. Writes for each tile how many seconds a
+// thread needs for one sample of every pixel. Returns the seconds that all threads have needed
+// together.
+double RenderJob::measure_tiles(RenderLoop& loop, std::span<const Rect> tiles,
+                                uint32_t first_sample, uint32_t samples,
+                                std::vector<double>& costs) const {
+  constexpr double kPixels = 32;
+  std::vector<double> seconds(tiles.size());
+  std::atomic<size_t> next{0};
+  SilentSink sink;
+  loop.run_workers(tiles.size(), [&](RenderWorker& worker, const auto& should_continue) {
+    FilmTile film(frame_.aovs, film_extras());
+    std::vector<PixelWork> list;
+    while (should_continue()) {
+      const size_t i = next.fetch_add(1, std::memory_order_relaxed);
+      if (i >= tiles.size()) break;
+      const Rect& tile = tiles[i];
+      const int step = std::max(1, int(std::sqrt(double(tile.area()) / kPixels)));
+      list.clear();
+      for (int y = tile.y0 + step / 2; y < tile.y1; y += step) {
+        for (int x = tile.x0 + step / 2; x < tile.x1; x += step) {
+          list.push_back({x, y, first_sample, samples});
+        }
+      }
+      if (list.empty()) list.push_back({tile.x0, tile.y0, first_sample, samples});
+      film.reset(tile);
+      const Stopwatch watch;
+      worker.render(list, film, sink, loop.stop);
+      seconds[i] = watch.seconds();
+      const RenderCounters counters = worker.take_counters();  // they do not belong to the frame
+      costs[i] = seconds[i] * double(tile.area()) / double(std::max<uint64_t>(1, counters.samples));
+    }
+  });
+  return std::accumulate(seconds.begin(), seconds.end(), 0.0);
+}
+
+// The first samples are slower than later ones, so the last measurement counts. Measuring takes
+// about a hundredth of the time.
+void RenderJob::begin_budget(RenderLoop& loop, std::span<const Rect> tiles,
+                             std::optional<TileBudget>& budget) const {
+  constexpr uint32_t kFewSamples = 2, kSamples = 16, kMaxSamplesPerPixel = 128;
+  const double seconds = frame_.time_budget_s;
+  const Stopwatch watch;
+  std::vector<double> costs(tiles.size());
+  double seconds_per_work = 0, before_s = 0;
+  uint32_t done = 0;
+  do {
+    const uint32_t samples = done == 0 ? kFewSamples : kSamples;
+    const double work = measure_tiles(loop, tiles, done, samples, costs);
+    seconds_per_work = (watch.seconds() - before_s) / std::max(work, 1e-9);
+    before_s = watch.seconds();
+    done += samples;
+  } while (before_s < 0.01 * seconds && done < kMaxSamplesPerPixel && !loop.stop.stop_requested());
+  budget.emplace(
+      seconds, [watch] { return watch.seconds(); }, std::move(costs), seconds_per_work,
+      frame_.samples_per_pixel);
+}
+
 // Workers take the next tile from a counter, so that tiles begin in order however fast the threads
 // are. A thread that owns tiles is isolated: while it waits for TBB during a driver's decision, it
 // must not start work that waits for the thread's own tile.
@@ -75,6 +142,8 @@ void RenderJob::render_tiles(RenderLoop& loop) {
   std::vector<std::optional<double>> errors(tiles.size());  // by tile, to be summed in tile order
   std::vector<uint32_t> tile_min_samples(tiles.size(), 0);
   SharedTiles shared(loop.sink, loop.stop);
+  std::optional<TileBudget> budget;
+  if (frame_.time_budget_s > 0) begin_budget(loop, tiles, budget);
   const auto take_tiles = [&](RenderWorker& worker, const auto& should_continue) {
     TileOwner owner(shared);
     FilmTile film(frame_.aovs, film_extras());
@@ -82,13 +151,18 @@ void RenderJob::render_tiles(RenderLoop& loop) {
       const size_t i = next.fetch_add(1, std::memory_order_relaxed);
       if (i >= tiles.size()) break;
       TileResult result{.counters = frame_.empty_counters()};
-      if (!load_tile(loop, tiles[i], film, result)) {
+      if (load_tile(loop, tiles[i], film, result)) {
+        if (budget) budget->skip(i);
+      } else {
         loop.sink.tile_begun(tiles[i]);
-        const std::unique_ptr<FrameDriver> driver = begin_tile(loop, tiles[i], film, result);
+        const uint32_t samples = budget ? budget->begin(i) : frame_.samples_per_pixel;
+        const std::unique_ptr<FrameDriver> driver =
+            begin_tile(loop, tiles[i], samples, film, result);
         render_tile(loop, owner, worker, *driver, film, result);
         if (!driver->finished()) all_finished = false;
         if (driver->finished() && store_) save_tile(*driver, film, result);
         loop.sink.tile_finished(film);
+        if (budget) budget->end(i);
       }
       loop.count(result.counters);
       errors[i] = result.error;
@@ -133,9 +207,12 @@ void RenderJob::save_tile(FrameDriver& driver, FilmTile& film, TileResult& resul
 // Creates the tile's driver. If this frame extends another frame, and that frame has a usable state
 // for the tile, starts from that state.
 std::unique_ptr<FrameDriver> RenderJob::begin_tile(RenderLoop& loop, const Rect& tile,
-                                                   FilmTile& film, TileResult& result) {
+                                                   uint32_t samples, FilmTile& film,
+                                                   TileResult& result) {
   film.reset(tile);
-  std::unique_ptr<FrameDriver> driver = drivers_.create(frame_, tile);
+  Frame frame = frame_;
+  frame.samples_per_pixel = samples;
+  std::unique_ptr<FrameDriver> driver = drivers_.create(frame, tile);
   if (!store_) return driver;
   const auto finished = store_->load_finished(bucket_index(frame_.crop, tile, drivers_.tile_size),
                                               TileStore::max_state_bytes(film.bytes()));
@@ -150,7 +227,7 @@ std::unique_ptr<FrameDriver> RenderJob::begin_tile(RenderLoop& loop, const Rect&
     store_->report_unusable(true);
     result = {.counters = frame_.empty_counters()};
     film.reset(tile);
-    return drivers_.create(frame_, tile);
+    return drivers_.create(frame, tile);
   }
   loop.sink.samples_loaded(result.counters.samples);
   return driver;

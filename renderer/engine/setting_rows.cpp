@@ -415,6 +415,17 @@ std::vector<Setting> count_settings() {
                    "`driver` bucket, pixels that it has not reached stay black.",
            .fallback = "none",
            .example = "--driver adaptive --time-limit 60"}),
+      number<&S::time_budget_s>(
+          "time-budget", kCounts, kMinTimeLimit, kMaxTimeLimit,
+          {.section = H::kLimits,
+           .brief = "take as many samples as fit into this many seconds of rendering",
+           .full =
+               "Take as many samples as fit into this many seconds of rendering. The pace of the "
+               "first samples decides how many, and is checked twice. Every pixel gets samples, "
+               "with every driver. The picture depends on the speed of the machine; to repeat "
+               "it, give its EXR to `plan`.",
+           .fallback = "none",
+           .example = "--driver adaptive --time-budget 60"}),
   };
 }
 

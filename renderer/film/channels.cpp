@@ -218,7 +218,8 @@ constexpr ChannelRow kRows[] = {
     one_value<[](const FilmTile& film, size_t i) {
       return float(*film.block<uint8_t>(Sums::kStop, i));
     }>("stop", Kind::kAssigned, Feed::kDriver, Use::kWhole,
-       "why the pixel got no more samples: 0 it has no samples, 1 `spp`, 2 `noise-threshold`, 3 "
+       "why the pixel got no more samples: 0 it has no samples, 1 `spp` or `time-budget`, 2 "
+       "`noise-threshold`, 3 "
        "`max-spp`, 4 `time-limit`, 5 the user, 6 unfinished when a window saved it. With `judge`, "
        "plus 8 times the "
        "index in that list, from 0, of the channel that needed the pixel's last samples"),

@@ -73,6 +73,11 @@ void check_extensible(const FrameSettings& settings, const std::string& path) {
                      "its sample counts come from a plan; to get more samples, make a plan with "
                      "more and render the frame again");
   }
+  if (settings.time_budget_s) {
+    throw InputError(path,
+                     "its number of samples followed from `time-budget`; to get more samples, "
+                     "render the frame again");
+  }
   if (plan_of(settings, path).half_block != RenderPlan::kStreamBlock) {
     throw InputError(path,
                      "it was rendered with fewer than {} samples per pixel, so its denoising "

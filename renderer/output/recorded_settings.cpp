@@ -77,14 +77,15 @@ std::vector<std::pair<std::string, std::string>> RecordedSettings::given() const
   return list;
 }
 
-std::vector<std::string> RecordedSettings::changes(const FrameSettings& now) const {
+std::vector<std::string> RecordedSettings::changes(const FrameSettings& now,
+                                                   bool (*is_compared)(const Setting&)) const {
   const FrameSettings recorded = with_recorded_defaults(now);
   std::vector<std::string> list;
   for (const Setting& setting : setting_table()) {
     const bool has_effect =
         std::ranges::find(kWithoutEffect, setting.name) == kWithoutEffect.end() &&
         (setting.name != "isa" || now.isa);
-    if (setting.file || !has_effect) continue;
+    if (setting.file || !has_effect || (is_compared && !is_compared(setting))) continue;
     const std::string then = text(setting.name), value = setting.text(recorded);
     if (then == value || (setting.name == "aov" && are_same_channels(then, value))) continue;
     list.push_back(fmt::format("`{}` {} (now {})", setting.name, shown(then), shown(value)));

@@ -12,6 +12,8 @@
 
 namespace emberline {
 
+struct Setting;
+
 class RecordedSettings {
  public:
   // Reads the header's attributes. Ignores those whose names do not begin with "emberline:", and
@@ -33,8 +35,9 @@ class RecordedSettings {
   // Lists the recorded settings that differ from `now`, each as "`spp` 64 (now 256)". Leaves out
   // input files, because their names depend on the folder in which a command runs. Also leaves out
   // settings that change no pixel: `time-limit`, `bucket-order` and, unless `now` sets it, the
-  // instruction set.
-  std::vector<std::string> changes(const FrameSettings& now) const;
+  // instruction set. If `is_compared` is given, compares only the settings for which it is true.
+  std::vector<std::string> changes(const FrameSettings& now,
+                                   bool (*is_compared)(const Setting&) = nullptr) const;
 
  private:
   std::map<std::string, std::string> texts_;  // by setting name, with dashes

@@ -234,6 +234,7 @@ OrderedJson settings_report(const RenderOptions& options, const RenderReport& r)
   if (!options.snapshots.empty()) settings["snapshots"] = options.snapshots;
   if (!options.reference.empty()) settings["reference"] = options.reference;
   settings["time_limit_s"] = number_or_null(options.time_limit_s);
+  settings["time_budget_s"] = number_or_null(options.time_budget_s);
   return settings;
 }
 

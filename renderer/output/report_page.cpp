@@ -166,6 +166,7 @@ void add_samples(HtmlPage& page, const ReportPictures& pictures) {
   std::vector<PageFigure> figures;
   for (const ReportPictures::Map& map : pictures.maps()) {
     HeatmapStyle style;
+    style.judged = pictures.judged();
     if (map.quantity->name != "samples") style.colours = ColourMap::kViridis;
     figures.push_back(encoded_figure(
         draw_quantity(*map.quantity, map.plane, style), "png", std::string(map.quantity->title),

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "renderer/film/film.h"
+#include "renderer/output/heatmap_file.h"
 #include "renderer/statistics/heatmap_quantity.h"
 
 namespace emberline {
@@ -15,12 +16,14 @@ ReportPictures::ReportPictures(const RenderOptions& options, const Rect& crop, c
       factor_((std::max(crop.width(), crop.height()) + kMaxPixels - 1) / kMaxPixels),
       width_((crop.width() + factor_ - 1) / factor_),
       height_((crop.height() + factor_ - 1) / factor_),
-      film_channels_(film_channel_names(aovs)) {
+      film_channels_(film_channel_names(aovs)),
+      judged_(judged_names(options)) {
   const size_t pixels = size_t(width_) * size_t(height_);
   rgb_.assign(3 * pixels, 0.0f);
   count_.assign(pixels, 0);
   for (const HeatmapQuantity& quantity : heatmap_quantity_table()) {
     if (quantity.aov && !aovs.contains(*quantity.aov)) continue;
+    if (quantity.categories == judged_categories && judged_.size() < 2) continue;
     const auto channels = QuantityPlane::find_channels(quantity, film_channels_);
     if (!channels) continue;
     maps_.push_back(

@@ -48,6 +48,8 @@ class ReportPictures {
     Plane plane;
   };
   std::vector<Map> maps() const;
+  // As in HeatmapStyle.
+  const std::vector<std::string>& judged() const { return judged_; }
 
   // Returns how many pixels of the crop have each sample count. This is exact for every factor().
   std::map<uint32_t, uint64_t> pixels_by_samples() const;
@@ -68,7 +70,7 @@ class ReportPictures {
   DisplayTransform transform_;
   Rect crop_;
   int factor_, width_, height_;
-  std::vector<std::string> film_channels_;
+  std::vector<std::string> film_channels_, judged_;
   std::mutex mutex_;
   std::vector<float> rgb_;       // sums
   std::vector<uint32_t> count_;  // number of pixels added

@@ -4,17 +4,23 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "io/files/atomic_file.h"
 #include "io/files/record_file.h"
+#include "io/image/input.h"
 #include "io/json/input.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/file_suffix.h"
 #include "renderer/drivers/driver_choices.h"
 #include "renderer/engine/render_plan.h"
+#include "renderer/engine/setting_table.h"
 #include "renderer/output/checkpoint.h"
 #include "renderer/output/checkpoint_head.h"
+#include "renderer/output/recorded_settings.h"
 
 namespace emberline {
 namespace {
@@ -32,6 +38,32 @@ bool is_plan(const Json& head) {
 // Whether the frame is denoised, so that each pixel needs samples in both halves.
 bool has_halves(const Json& head) {
   return find_text(head, "settings", "aov").find("denoising") != std::string::npos;
+}
+
+// Whether a setting decides what a sample is, or which view it belongs to.
+bool decides_samples(const Setting& setting) {
+  using enum SettingGroup;
+  constexpr SettingGroup kGroups[] = {kEdits, kLight, kView, kSample, kSeed, kTurn};
+  constexpr std::string_view kOthers[] = {"crop", "isa", "streams"};
+  return !setting.file && std::ranges::find(kGroups, setting.group) != std::end(kGroups) &&
+         std::ranges::find(kOthers, setting.name) == std::end(kOthers);
+}
+
+// Lists the differences because of which the samples of a picture are not those of the frame.
+std::vector<std::string> sample_changes(const FloatImageRows& picture, const RenderOptions& now,
+                                        const std::string& path) {
+  const RecordedSettings recorded(picture.text_attributes());
+  std::vector<std::string> list = recorded.changes(now, decides_samples);
+  if (recorded.settings().unbiased) list.emplace_back("it was rendered with `unbiased`");
+  try {
+    const RenderPlan then(recorded.settings()), planned(now);
+    if (then.streams != planned.streams || then.half_block != planned.half_block) {
+      list.emplace_back("only one of the two is denoised or has `streams` 2");
+    }
+  } catch (const UsageError& error) {
+    throw InputError(path, "its settings are invalid: {}", error.what());
+  }
+  return list;
 }
 
 }  // namespace
@@ -65,6 +97,44 @@ void write_sample_plan(const std::string& path, const Json& head, const SamplePl
 
 SamplePlanFile::SamplePlanFile(const RenderOptions& options, const LoadLimits& limits)
     : path_(options.plan) {
+  is_exr(path_) ? read_picture(options, limits) : read_plan(options, limits);
+}
+
+// Checks the planned pixels and reserves memory for their counts, which are read as bytes first.
+std::shared_ptr<SamplePlan> SamplePlanFile::reserve_counts(const RenderOptions& options,
+                                                           const Rect& planned, int width,
+                                                           int height, const LoadLimits& limits) {
+  const Rect crop = crop_of(options);
+  if (width != options.width || height != options.height) {
+    throw InputError(path_, "it was made for a frame of {}x{} pixels, but this frame has {}x{}",
+                     width, height, options.width, options.height);
+  }
+  // The file may have any crop, so it is checked before its area is used.
+  if (planned.x0 < 0 || planned.y0 < 0 || planned.x1 > width || planned.y1 > height ||
+      planned.empty()) {
+    throw InputError(path_, "its crop is not inside the frame");
+  }
+  if (planned.intersect(crop) != crop) {
+    throw InputError(
+        path_, "it was made for the pixels {},{},{},{}, but this frame has {},{},{},{}", planned.x0,
+        planned.y0, planned.x1, planned.y1, crop.x0, crop.y0, crop.x1, crop.y1);
+  }
+  memory_ = MemoryReservation(limits.memory, MemoryPart::kFilm,
+                              bytes_of(uint64_t(planned.area()), 2 * sizeof(uint32_t)), path_);
+  auto plan = std::make_shared<SamplePlan>();
+  plan->crop = planned;
+  plan->counts.resize(size_t(planned.area()));
+  return plan;
+}
+
+void SamplePlanFile::check_counts(const SamplePlan& plan) const {
+  if (std::ranges::any_of(plan.counts, [](uint32_t n) { return n < 1 || n > kMaxSamples; })) {
+    throw InputError(path_, "a pixel has an invalid number of samples; valid is 1 to {}",
+                     kMaxSamples);
+  }
+}
+
+void SamplePlanFile::read_plan(const RenderOptions& options, const LoadLimits& limits) {
   if (InputFile::try_open(path_) && !is_record_file(path_)) {
     throw InputError(path_, "it is not a plan; `emberline plan` writes plans");
   }
@@ -72,28 +142,9 @@ SamplePlanFile::SamplePlanFile(const RenderOptions& options, const LoadLimits& l
   head_ = JsonValue(parse_json(file.head(), path_));
   if (!is_plan(*head_)) throw InputError(path_, "it is a checkpoint, not a plan");
   const FrameSettings planned = settings_of(*head_, path_);
-  auto plan = std::make_shared<SamplePlan>();
-  plan->crop = crop_of(planned);
-  const Rect crop = crop_of(options);
-  if (planned.width != options.width || planned.height != options.height) {
-    throw InputError(path_, "it was made for a frame of {}x{} pixels, but this frame has {}x{}",
-                     planned.width, planned.height, options.width, options.height);
-  }
-  // The file may have any crop, so it is checked before its area is used.
-  if (plan->crop.x0 < 0 || plan->crop.y0 < 0 || plan->crop.x1 > planned.width ||
-      plan->crop.y1 > planned.height || plan->crop.empty()) {
-    throw InputError(path_, "its crop is not inside the frame");
-  }
-  if (plan->crop.intersect(crop) != crop) {
-    throw InputError(path_,
-                     "it was made for the pixels {},{},{},{}, but this frame has {},{},{},{}",
-                     plan->crop.x0, plan->crop.y0, plan->crop.x1, plan->crop.y1, crop.x0, crop.y0,
-                     crop.x1, crop.y1);
-  }
-  const uint64_t pixels = uint64_t(plan->crop.area()), bytes = bytes_of(pixels, sizeof(uint32_t));
-  // The counts are read as bytes first.
-  memory_ = MemoryReservation(limits.memory, MemoryPart::kFilm,
-                              bytes_of(pixels, 2 * sizeof(uint32_t)), path_);
+  const auto plan =
+      reserve_counts(options, crop_of(planned), planned.width, planned.height, limits);
+  const uint64_t bytes = bytes_of(plan->counts.size(), sizeof(uint32_t));
   std::optional<std::vector<std::byte>> state;
   try {
     state = read_film_state(file, bytes);
@@ -103,16 +154,43 @@ SamplePlanFile::SamplePlanFile(const RenderOptions& options, const LoadLimits& l
   if (!state || state->size() != bytes || !std::ranges::all_of(file.records(), is_intact)) {
     throw InputError(path_, "the plan is damaged or truncated");
   }
-  plan->counts.resize(size_t(plan->crop.area()));
   std::memcpy(plan->counts.data(), state->data(), bytes);
-  if (std::ranges::any_of(plan->counts, [](uint32_t n) { return n < 1 || n > kMaxSamples; })) {
-    throw InputError(path_, "a pixel has an invalid number of samples; valid is 1 to {}",
-                     kMaxSamples);
+  check_counts(*plan);
+  plan_ = plan;
+}
+
+void SamplePlanFile::read_picture(const RenderOptions& options, const LoadLimits& limits) {
+  const LoadProgress progress({}, {}, limits);
+  FloatImageRows file(path_, progress);
+  const FloatImage& image = file.image();
+  const int channel = image.find_channel("samples");
+  if (channel < 0) throw InputError(path_, "it has no channel samples, so it is not a plan");
+  const std::vector<std::string> list = sample_changes(file, options, path_);
+  if (!list.empty()) {
+    throw InputError(path_, "its samples are not those of this frame: {}", fmt::join(list, "; "));
   }
-  plan_ = std::move(plan);
+  const auto plan =
+      reserve_counts(options, image.data_window, image.frame_width, image.frame_height, limits);
+  std::vector<float> values;
+  const auto channels = size_t(image.channels());
+  for (int y = 0; y < image.height;) {
+    const int rows = std::min(file.rows_at_once(), image.height - y);
+    file.read(rows, values);
+    uint32_t* const counts = &plan->counts[size_t(y) * size_t(image.width)];
+    for (size_t i = 0; i < size_t(rows) * size_t(image.width); ++i) {
+      const float samples = values[i * channels + size_t(channel)];
+      // Anything but a whole number becomes 0, which is invalid.
+      const bool is_count = samples >= 1.0f && samples <= float(kMaxSamples);
+      counts[i] = is_count && samples == std::floor(samples) ? uint32_t(samples) : 0;
+    }
+    y += rows;
+  }
+  check_counts(*plan);
+  plan_ = plan;
 }
 
 void SamplePlanFile::check(const Json& now) const {
+  if (head_->is_null()) return;
   Json frame = now;
   frame["inputs"].erase(plan_input_name());
   const std::vector<std::string> list =

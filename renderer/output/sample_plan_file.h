@@ -1,6 +1,7 @@
-// The file of a frame's sample counts: `emberline plan` writes it, the setting `plan` names it.
+// The file of a frame's sample counts: `emberline plan` writes it, the setting `plan` names it. A
+// finished frame (.exr) can be named, too: its channel `samples` has the counts.
 //
-// It is a record file (io/files/record_file.h). Its head is that of a checkpoint
+// A plan is a record file (io/files/record_file.h). Its head is that of a checkpoint
 // (checkpoint_head.h) with one more member in "settings", which marks the file as a plan. Its
 // records are those of a frame with one film (checkpoint.h), and hold the counts: one u32 per pixel
 // of the crop, in rows from the top.
@@ -29,18 +30,25 @@ class SamplePlanFile {
  public:
   // Reads the file that the options name, and reserves the memory of the counts. Throws InputError
   // if the file is not a plan, is damaged, exceeds the limits, or was made for a frame of another
-  // size or for other pixels.
+  // size or for other pixels. For a finished frame, also throws it if a setting differs that
+  // decides what a sample is.
   SamplePlanFile(const RenderOptions& options, const LoadLimits& limits);
 
   const std::shared_ptr<const SamplePlan>& plan() const { return plan_; }
   // Throws an InputError that lists the differences if the plan was made for another frame than the
   // one with the head `now`. The frame may be a crop or a part of the planned frame, and may have
-  // other channels.
+  // other channels. A finished frame has no head to compare.
   void check(const nlohmann::json& now) const;
 
  private:
+  void read_plan(const RenderOptions& options, const LoadLimits& limits);
+  void read_picture(const RenderOptions& options, const LoadLimits& limits);
+  std::shared_ptr<SamplePlan> reserve_counts(const RenderOptions& options, const Rect& crop,
+                                             int width, int height, const LoadLimits& limits);
+  void check_counts(const SamplePlan& plan) const;
+
   const std::string path_;
-  JsonValue head_;
+  JsonValue head_;  // null if the counts are those of a finished frame
   MemoryReservation memory_;
   std::shared_ptr<const SamplePlan> plan_;
 };

@@ -10,6 +10,7 @@
 
 #include "renderer/core/errors.h"
 #include "renderer/core/parallel.h"
+#include "renderer/engine/render_plan.h"
 #include "renderer/session/overlay_picture.h"
 
 namespace emberline {
@@ -239,7 +240,7 @@ void ViewFrame::update_buckets() {
 }
 
 bool ViewFrame::is_time_over(double now_s) const {
-  const std::optional<double>& limit = prepared_.options.time_limit_s;
+  const std::optional<double> limit = time_limit_of(prepared_.options);
   return limit && stage_ == Stage::kMain && now_s >= *limit;
 }
 

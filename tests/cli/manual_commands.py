@@ -37,6 +37,7 @@ SHORT_VALUES = {
     "--seeds": "1",
     "--size": "32x18",
     "--spp": "1",
+    "--time-budget": "0.1",
     "--turntable": "2",
 }
 # A command gets these options if the page does not give them.
@@ -123,7 +124,7 @@ def shorten_command(words, folder):
         result.append(values.get(before, word))
     if "--sample-range" not in words:
         for option in DEFAULT_OPTIONS.get(command, ()):
-            if option not in words:
+            if option not in words and not (option == "--spp" and {"--time-budget", "--plan"} & set(words)):
                 result += [option, values[option]]
     return result
 

@@ -43,6 +43,7 @@ const std::vector<WrongValue>& wrong_values() {
        kNotANumber + Words{"0", "-3", "1e12", "1.5", "16777217", "4294967297"},
        {"1 to 16777216"}},
       {"--time-limit", numbers({"0", "-1", "1e10"}), {"0.001 to 1000000000"}},
+      {"--time-budget", numbers({"0", "-1", "1e10"}), {"0.001 to 1000000000"}},
       {"--memory-limit",
        {"abc", "nan", "inf", "0", "-1", "G", "4X", "GB", "4B", "4iB", "4GiBB", "0.5", "1e30", "8 G",
         "99999999T"},

@@ -37,6 +37,7 @@ SETTINGS = (
     ("adaptive then bucket", "--spp 256 --driver adaptive", "--spp 256 --driver bucket", ["--driver: adaptive (now bucket)"]),
     ("other estimator", "--spp 256 --driver adaptive", "--spp 256 --driver adaptive --estimator two-stream", ["--estimator: nested (now two-stream)"]),
     ("other allocation", "--spp 256 --driver adaptive", "--spp 256 --driver adaptive --allocation mse", ["--allocation: display (now mse)"]),
+    ("other channels judged", "--spp 256 --driver adaptive", "--spp 256 --driver adaptive --judge RGB,A", ["--judge"]),
     ("unbiased", "--spp 256 --driver adaptive", "--spp 256 --driver adaptive --unbiased", ["--unbiased"]),
     ("other axis", "--spp 256 --driver bisection", "--spp 256 --driver bisection --bisection-axis rows", ["--bisection-axis: both (now rows)"]),
     ("a threshold", "--spp 256", "--spp 256 --noise-threshold 0.001", ["--noise-threshold"]),

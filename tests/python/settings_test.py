@@ -49,6 +49,7 @@ CASES = {
     "judge": ("RGB,A:0.02", {**ADAPTIVE, "noise-threshold": "0.1", "spp": None}, BOX),
     "unbiased": ("yes", {**ADAPTIVE, "spp": "16"}, BOX),
     "time-limit": ("1000", {}, BOX),
+    "time-budget": ("0.001", {"spp": None, "size": "640x360"}, BOX),  # too short: one sample per pixel
     "integrator": ("normal", {}, BOX),
     "max-depth": ("5", {}, BOX),
     "light-samples": ("3", {}, BOX),

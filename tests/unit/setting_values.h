@@ -37,6 +37,7 @@ inline const std::map<std::string, std::string>& non_default_values() {
       {"judge", "RGB,A"},
       {"unbiased", "yes"},
       {"time-limit", "0.1"},
+      {"time-budget", "0.1"},
       {"integrator", "direct"},
       {"max-depth", "0"},
       {"light-samples", "2"},

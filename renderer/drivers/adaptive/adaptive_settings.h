@@ -31,6 +31,7 @@ struct AdaptiveSettings {
   bool two_halves = false;   // if true, every pixel needs samples in both halves of the film
   bool unbiased = false;     // if true, every round samples every pixel; requires a budget and an
                              // estimator that distributes samples by deviation
+  bool is_open = false;      // if true, the budget is that of the pilot, until it is extended
   std::vector<JudgedChannel> judged = {};  // empty: R G B; requires an estimator with halves
 };
 

@@ -55,6 +55,8 @@ uint32_t pilot_samples(const AdaptiveSettings& s, const EstimatorEntry& entry) {
   uint32_t samples = entry.first_samples;
   if (s.min_samples > 0) {
     samples = s.min_samples;
+  } else if (s.is_open) {
+    samples = std::max(samples, kMaxPilot);
   } else if (entry.batch == 0 && s.threshold <= 0.0f) {
     samples = std::clamp(s.budget / 8 / 8 * 8, kMinPilot, kMaxPilot);
   }
@@ -536,6 +538,28 @@ std::vector<uint32_t> RoundPlanner::planned_counts(const AdaptiveSettings& limit
   return {counts.begin(), counts.end()};  // all counts are whole numbers
 }
 
+// The work for a budget is interpolated linearly between the present work and that for the budget
+// that would do if all samples had the same cost.
+void RoundPlanner::extend_work(double factor) {
+  const double now = spent_ / double(targets_.size());
+  const auto set_mean = [&](double mean) {
+    settings_.budget = uint32_t(std::clamp(std::ceil(mean), now, double(kMaxSamples)));
+  };
+  set_mean(now * factor);
+  if (errors_.deviation.empty()) return;
+  AdaptiveSettings limits = settings_;
+  const std::vector<float> counts =
+      allocate_anew(limits, sample_limit(limits), [&](size_t i) { return float(targets_[i]); });
+  double work = 0, done = 0;
+  for (size_t i = 0; i < counts.size(); ++i) {
+    work += double(counts[i]) * double(statistics_.cost[i]);
+    done += double(targets_[i]) * double(statistics_.cost[i]);
+  }
+  if (work > done) {
+    set_mean(now + (double(settings_.budget) - now) * (factor - 1) * done / (work - done));
+  }
+}
+
 // In the first round, halves are not known yet.
 std::optional<WorkForecast> RoundPlanner::forecast() const {
   if (errors_.error.empty() || statistics_.size() != targets_.size() || entry_.batch > 0 ||
@@ -555,6 +579,7 @@ std::optional<WorkForecast> RoundPlanner::forecast() const {
 
 void RoundPlanner::archive(Archive& archive) {
   const size_t pixels = targets_.size();
+  if (settings_.is_open) archive.number(settings_.budget, 1u, kMaxSamples);
   archive.number(spent_, 0.0, kUnlimited);
   archive.number(round_, 0, kMaxRounds);
   archive.number(round_weight_, 0.0, kUnlimited);

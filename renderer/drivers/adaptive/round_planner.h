@@ -63,6 +63,9 @@ class RoundPlanner {
   // They follow from the last update, and do not exceed 16 times the present counts. Returns an
   // empty list before the first update, and for estimators that do not estimate deviations.
   std::vector<uint32_t> planned_counts(const AdaptiveSettings& limits) const;
+  // Raises the budget so that the work of the whole frame is about `factor` times the work so far.
+  // Call after plan() has returned false because the budget was spent.
+  void extend_work(double factor);
   // Predicts the work of the whole frame. Call when every pixel has its target number of samples.
   // Returns nullopt as long as the samples are too few. Takes as long as planning a round.
   std::optional<WorkForecast> forecast() const;

@@ -328,7 +328,7 @@ TEST(SettingRules, HelpTellsThem) {
   EXPECT_EQ(help("env").rules, "; excludes `sun`");
   EXPECT_EQ(help("max-spp").rules,
             "; requires `driver` adaptive or bucket with `noise-threshold`; excludes `unbiased`");
-  EXPECT_EQ(help("part").rules, "; requires `driver` bucket or `plan`");
+  EXPECT_EQ(help("part").rules, "; requires `driver` bucket or `plan`; excludes `time-budget`");
   EXPECT_EQ(help("fps").rules, "");
   EXPECT_NE(help("aov").values.find("undoes the clamping; requires `clamp-indirect`\n"),
             std::string::npos);

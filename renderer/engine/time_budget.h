@@ -1,0 +1,79 @@
+// `time-budget`: how many samples fit into a time.
+//
+// The pace of the first samples decides how much work is planned. The plan is corrected twice,
+// after three fifths of the time and shortly before its end. Work is counted in rays, as in
+// drivers/adaptive/pixel_statistics.h; only the pace is read from a clock.
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <mutex>
+#include <optional>
+#include <vector>
+
+#include "renderer/drivers/frame.h"
+
+namespace emberline {
+
+// Returns the work of tracing these rays.
+double work_of(const RayCounters& rays);
+
+// Returns the seconds since the frame began to render.
+using BudgetClock = std::function<double()>;
+
+// Plans the work of a frame that has one driver.
+class FrameBudget {
+ public:
+  // `work` is the work that an earlier run has done.
+  FrameBudget(double seconds, BudgetClock clock, double work)
+      : seconds_(seconds), clock_(std::move(clock)), last_work_(work) {}
+  // Returns the factor by which the work so far must grow, or nullopt if the frame ends now. Call
+  // when the driver has finished the work planned before.
+  std::optional<double> next_factor(double work);
+
+ private:
+  double seconds_;
+  BudgetClock clock_;
+  double last_work_, last_s_ = 0;
+  size_t stage_ = 0;
+};
+
+// Gives each tile of a tiled driver a number of samples per pixel. Thread-safe.
+class TileBudget {
+ public:
+  // `costs` has the work of one sample of every pixel, for each tile that will be rendered.
+  // `seconds_per_work` is a first estimate of the pace of all workers together. The tiles begin
+  // now. No tile gets fewer than `least` samples per pixel, even if the time does not suffice.
+  TileBudget(double seconds, BudgetClock clock, std::vector<double> costs, double seconds_per_work,
+             uint32_t least);
+
+  // The tile has its samples already. Call before the first correction.
+  void skip(size_t tile);
+  // Returns the number of samples of each pixel of the tile, which begins now.
+  uint32_t begin(size_t tile);
+  void end(size_t tile);
+
+ private:
+  struct Tile {
+    size_t index;
+    double work;
+  };
+  void correct();
+
+  std::mutex mutex_;
+  const double seconds_;
+  const BudgetClock clock_;
+  const double began_s_;
+  const std::vector<double> costs_;
+  const double seconds_per_work_, least_;
+  double samples_ = 1;      // samples per pixel of the tiles to come
+  double left_ = 0;         // costs of the tiles to come
+  double all_ = 0;          // costs of all tiles
+  double finished_ = 0;     // work of the finished tiles
+  double rounding_ = 0;     // sum of what rounding has taken from the counts so far
+  size_t corrections_ = 0;  // made so far
+  std::vector<Tile> begun_;
+};
+
+}  // namespace emberline

@@ -1,0 +1,124 @@
+// Tests how `time-budget` plans work, with a clock that the tests set.
+#include "renderer/engine/time_budget.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace emberline {
+namespace {
+
+// Renders with a pace that may depend on the work done so far. Returns the time at which the frame
+// would end if it were not stopped, and the number of plans.
+template <typename Pace>
+std::pair<double, int> end_of_frame(double seconds, double pilot, const Pace& pace) {
+  double now = 0, work = 0;
+  const auto render = [&](double until) {
+    for (constexpr int kSteps = 1000; work < until;) {
+      const double step = std::min(until / kSteps, until - work);
+      now += step * pace(work);
+      work += step;
+      if (until - work < 1e-9 * until) work = until;
+    }
+  };
+  FrameBudget budget(
+      seconds, [&] { return now; }, 0);
+  render(pilot);
+  int plans = 0;
+  while (const std::optional<double> factor = budget.next_factor(work)) {
+    ++plans;
+    render(work * *factor);
+  }
+  return {now, plans};
+}
+
+// The frame is stopped at the end of the time, so it must not end before.
+TEST(FrameBudget, FillsTheTimeAfterAPlanAndTwoCorrections) {
+  for (const double seconds : {5.0, 60.0}) {
+    for (const double slower : {0.7, 1.0, 1.4}) {
+      const auto [end, plans] = end_of_frame(
+          seconds, 1000, [&](double work) { return 1e-4 * (work < 1000 ? 1.5 : slower); });
+      EXPECT_EQ(plans, 3) << slower;
+      EXPECT_GE(end, seconds) << slower;
+      EXPECT_LT(end, 1.1 * seconds) << slower;
+    }
+  }
+}
+
+TEST(FrameBudget, EndsAfterThePilotIfThatTookAllTheTime) {
+  const auto [end, plans] = end_of_frame(1.0, 1e5, [](double) { return 1e-4; });
+  EXPECT_EQ(plans, 0);
+  EXPECT_NEAR(end, 10, 0.1);
+}
+
+TEST(FrameBudget, WithoutWorkThereIsNoPlan) {
+  FrameBudget budget(
+      1.0, [] { return 0.1; }, 0);
+  EXPECT_FALSE(budget.next_factor(0));
+}
+
+// Renders tiles one after another with `workers` workers. Returns the time of the end.
+double end_of_tiles(double seconds, const std::vector<double>& costs, double predicted_pace,
+                    double pace, size_t workers, std::vector<uint32_t>* counts = nullptr) {
+  double now = 0;
+  TileBudget budget(
+      seconds, [&] { return now; }, costs, predicted_pace, 1);
+  struct Running {
+    size_t tile;
+    double end;
+  };
+  std::vector<Running> running;
+  const auto finish_first = [&] {
+    const auto first = std::ranges::min_element(running, {}, &Running::end);
+    now = first->end;
+    budget.end(first->tile);
+    running.erase(first);
+  };
+  for (size_t i = 0; i < costs.size(); ++i) {
+    if (running.size() == workers) finish_first();
+    const uint32_t count = budget.begin(i);
+    if (counts) counts->push_back(count);
+    running.push_back({i, now + count * costs[i] * pace * double(workers)});
+  }
+  while (!running.empty()) finish_first();
+  return now;
+}
+
+TEST(TileBudget, EndsOnTimeIfThePilotMisjudgedThePace) {
+  std::vector<double> costs(200);
+  for (size_t i = 0; i < costs.size(); ++i) costs[i] = 1 + std::sin(double(i)) / 2;
+  for (const double misjudged : {0.5, 1.0, 2.0}) {
+    for (const size_t workers : {size_t(1), size_t(4)}) {
+      const double end = end_of_tiles(20, costs, 2e-3 * misjudged, 2e-3, workers);
+      EXPECT_NEAR(end, 20, 0.6) << misjudged << ", " << workers;
+    }
+  }
+}
+
+// With few samples per pixel, counts differ by one, so that the frame still fits.
+TEST(TileBudget, RoundsCountsUpAndDown) {
+  const std::vector<double> costs(100, 1.0);
+  std::vector<uint32_t> counts;
+  EXPECT_NEAR(end_of_tiles(10, costs, 0.04, 0.04, 1, &counts), 10, 0.3);  // 2.5 samples
+  EXPECT_EQ(*std::ranges::min_element(counts), 2u);
+  EXPECT_EQ(*std::ranges::max_element(counts), 3u);
+}
+
+TEST(TileBudget, EveryTileGetsSamples) {
+  std::vector<uint32_t> counts;
+  end_of_tiles(1, std::vector<double>(10, 1.0), 1.0, 1.0, 1, &counts);
+  EXPECT_EQ(counts, std::vector<uint32_t>(10, 1));
+}
+
+TEST(TileBudget, ResumedTilesLeaveTheTimeToTheOthers) {
+  double now = 0;
+  TileBudget budget(
+      10, [&] { return now; }, std::vector<double>(10, 1.0), 0.1, 1);
+  for (size_t tile = 0; tile < 5; ++tile) budget.skip(tile);
+  EXPECT_EQ(budget.begin(5), 20u);
+}
+
+}  // namespace
+}  // namespace emberline
