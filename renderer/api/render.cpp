@@ -29,16 +29,17 @@ namespace {
 // Requests a stop when the caller requests one or the time limit is reached.
 class FrameStop {
  public:
-  FrameStop(const std::stop_token& stop, const std::stop_token& give_up,
-            std::optional<double> limit_s)
+  FrameStop(const std::stop_token& stop, const std::stop_token& give_up)
       : by_caller_(stop, [this] { request_.request(PixelStop::kUser); }),
-        by_abandonment_(give_up, [this] { request_.request(PixelStop::kUser); }) {
-    if (!limit_s) return;
-    clock_ = std::jthread([this, limit_s](const std::stop_token& thread_stop) {
+        by_abandonment_(give_up, [this] { request_.request(PixelStop::kUser); }) {}
+  // The time begins now. Call once.
+  void begin(const std::optional<TimeLimit>& limit) {
+    if (!limit) return;
+    clock_ = std::jthread([this, limit = *limit](const std::stop_token& thread_stop) {
       std::unique_lock lock(mutex_);
-      wake_.wait_for(lock, thread_stop, std::chrono::duration<double>(*limit_s),
+      wake_.wait_for(lock, thread_stop, std::chrono::duration<double>(limit.seconds),
                      [] { return false; });
-      if (!thread_stop.stop_requested()) request_.request(PixelStop::kTimeLimit);
+      if (!thread_stop.stop_requested()) request_.request(limit.cause);
     });
   }
   std::stop_token token() const { return request_.token(); }
@@ -176,7 +177,7 @@ RenderedPicture render_picture(const Access::SceneState& state, const RenderOpti
   const int threads = arena_threads(resources);
   const MemoryReservation memory =
       reserve_memory(options, output, parts.layers, plan, threads, state.limits);
-  const FrameStop end(watch.stop, watch.give_up, time_limit_of(options));
+  FrameStop end(watch.stop, watch.give_up);
   tbb::task_arena arena(threads);
   const std::unique_ptr<RenderJob> prepared = arena.execute(
       [&] { return plan.prepare(*state.open, parts.camera, parts.scene_parts, end.token()); });
@@ -188,6 +189,7 @@ RenderedPicture render_picture(const Access::SceneState& state, const RenderOpti
   RenderResult result;
   Picture picture;
   arena.execute([&] {
+    end.begin(time_limit_of(options));
     result = job.render(sink, end.token());
     checkpoint.save_if_retained(result.counters.stopped, end.cause(), job);
     try {

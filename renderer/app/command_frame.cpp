@@ -276,6 +276,7 @@ void CommandFrame::render() {
         run_.frame_position ? run_.frame_position->text() : "",
         run_.progress_file ? &*run_.progress_file : nullptr);
     progress.add_resumed(report_.resumed_samples, 0);
+    if (options_.time_budget_s) progress.expect(*options_.time_budget_s);
     FrameSink sink(*this, &progress);
     result_ = job_->render(sink, stop_.token());
     report_.resumed_samples += sink.resumed_samples();

@@ -293,7 +293,7 @@ void add_plan_options(CLI::App* app, PlanOptions& o) {
   add_settings(
       app, frame,
       {kTurn, kEdits, kChannels, kCounts, kSample, kSeed, kSchedule, kView, kLight, kLoading},
-      {"time-limit"});
+      {"time-limit", "time-budget"});
   add_machine_options(app, frame);
   app->footer(
       "emberline plan scene.glb --spp 256 -o frame.plan\n"

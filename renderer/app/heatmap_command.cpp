@@ -13,7 +13,10 @@ namespace emberline {
 namespace {
 
 FrameSettings settings_of_file(const std::string& path) {
-  return RecordedSettings(FloatImageRows(path).text_attributes()).settings();
+  const RecordedSettings recorded(FloatImageRows(path).text_attributes());
+  FrameSettings settings = recorded.settings();
+  settings.plan = recorded.text("plan");
+  return settings;
 }
 
 }  // namespace

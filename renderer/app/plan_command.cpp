@@ -5,6 +5,7 @@
 #include "renderer/app/commands.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/hash.h"
+#include "renderer/core/option_values.h"
 #include "renderer/output/option_rules.h"
 #include "renderer/output/sample_plan_file.h"
 
@@ -27,11 +28,21 @@ RenderOptions pilot_of(const RenderOptions& planned) {
     pilot.spp = std::min(budget, std::max(kMinPilotSamples, budget / kPilotFraction));
   }
   // The variance of a mean is inversely proportional to the number of samples.
-  if (planned.noise_threshold) {
-    pilot.noise_threshold = *planned.noise_threshold * std::sqrt(float(kPilotFraction));
-  }
+  const float scale = std::sqrt(float(kPilotFraction));
+  if (planned.noise_threshold) pilot.noise_threshold = *planned.noise_threshold * scale;
+  // Only judged layers are needed.
+  std::vector<JudgedChannel> judged = judged_channels_of(planned);
   pilot.denoise = pilot.light_groups = false;
   pilot.aovs.clear();
+  for (JudgedChannel& channel : judged) {
+    channel.threshold *= scale;
+    pilot.light_groups |= channel.name == "light.*";
+    const std::vector<std::string_view> aovs = split_list(planned.aovs);
+    if (std::ranges::find(aovs, channel.name) != aovs.end()) {
+      pilot.aovs += (pilot.aovs.empty() ? "" : ",") + channel.name;
+    }
+  }
+  set_judged_channels(judged, pilot);
   pilot.cryptomattes.clear();
   pilot.half.clear();
   return pilot;
@@ -43,13 +54,15 @@ int run_plan(const PlanOptions& options) {
   RenderOptions planned = options.frame;
   // A settings file may have these. They limit a run, not the frame.
   planned.time_limit_s.reset();
+  planned.time_budget_s.reset();
   planned.part.reset();
   planned.sample_range.reset();
   if (options.output.empty()) throw UsageError("plan needs an output: -o FILE.plan");
-  // The rules of the setting `plan` say which frames can be planned.
-  planned.plan = options.output;
-  check_options(planned);
-  planned.plan.clear();
+  // The rules of the setting `plan` say which frames can be planned. The frame will have an EXR.
+  RenderOptions checked = planned;
+  checked.plan = options.output;
+  checked.outputs = {"frame.exr"};
+  check_options(checked);
   check_plan_output(options.output);
   const RenderOptions pilot = pilot_of(planned);
   RenderRun run(pilot);

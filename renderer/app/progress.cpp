@@ -48,12 +48,11 @@ std::string bar_line(double fraction, std::string text, int columns) {
 }  // namespace
 
 ProgressDisplay::ProgressDisplay(uint64_t samples_total, StopRequest& stop,
-                                 std::optional<double> time_limit_s,
-                                 std::optional<double> allotted_s, std::string label,
-                                 ProgressFile* file)
+                                 std::optional<TimeLimit> limit, std::optional<double> allotted_s,
+                                 std::string label, ProgressFile* file)
     : total_(samples_total),
       stop_(stop),
-      time_limit_s_(time_limit_s),
+      limit_(limit),
       allotted_s_(allotted_s),
       label_(label.empty() ? "" : std::move(label) + "  "),
       file_(file),
@@ -83,7 +82,8 @@ void ProgressDisplay::check_stop() {
     log_info("stopping and writing the picture so far; interrupt again to end at once");
   }
   const double elapsed = Seconds(std::chrono::steady_clock::now() - start_).count();
-  if (time_limit_s_ && elapsed >= *time_limit_s_ && stop_.request(PixelStop::kTimeLimit)) {
+  if (limit_ && elapsed >= limit_->seconds && stop_.request(limit_->cause) &&
+      limit_->cause == PixelStop::kTimeLimit) {
     log_info("the time limit is reached; writing the picture so far");
   }
   if (allotted_s_ && elapsed >= *allotted_s_ && stop_.request(PixelStop::kUser)) {
@@ -95,9 +95,9 @@ void ProgressDisplay::run(const std::stop_token& thread_stop) {
   // With 20 ms, a stop feels immediate, and polling costs almost nothing.
   constexpr auto kPollInterval = std::chrono::milliseconds(20);
   constexpr double kMaxWait = 1e9;  // seconds; more would overflow the clock
-  const auto limit =
-      start_ + std::chrono::duration_cast<std::chrono::steady_clock::duration>(Seconds(std::min(
-                   {time_limit_s_.value_or(kMaxWait), allotted_s_.value_or(kMaxWait), kMaxWait})));
+  const auto limit = start_ + std::chrono::duration_cast<std::chrono::steady_clock::duration>(
+                                  Seconds(std::min({limit_ ? limit_->seconds : kMaxWait,
+                                                    allotted_s_.value_or(kMaxWait), kMaxWait})));
   const auto next_poll = [&] {
     const auto poll = std::chrono::steady_clock::now() + kPollInterval;
     return stop_.cause() == PixelStop::kNone ? std::min(poll, limit) : poll;

@@ -13,19 +13,20 @@
 #include <thread>
 
 #include "renderer/app/progress_file.h"
+#include "renderer/engine/render_plan.h"
 #include "renderer/engine/stop_request.h"
 
 namespace emberline {
 
 // Shows the progress on its own thread. If a stop signal arrives or a time limit ends, this thread
-// requests a stop. `time_limit_s` is the time limit of the frame. `allotted_s` is the time that
+// requests a stop. `limit` is the time limit of the frame. `allotted_s` is the time that
 // this process has left (process_usage.h); when it ends, the frame counts as stopped by the user.
 // `label` precedes every line. If `file` is not null, it reports the same progress during the
 // lifetime of this object.
 class ProgressDisplay {
  public:
   ProgressDisplay(uint64_t samples_total, StopRequest& stop,
-                  std::optional<double> time_limit_s = std::nullopt,
+                  std::optional<TimeLimit> limit = std::nullopt,
                   std::optional<double> allotted_s = std::nullopt, std::string label = "",
                   ProgressFile* file = nullptr);
   ~ProgressDisplay();  // erases the bar
@@ -60,7 +61,8 @@ class ProgressDisplay {
   std::atomic<uint64_t> resumed_samples_{0};
   std::atomic<double> resumed_fraction_{0.0};
   StopRequest& stop_;
-  const std::optional<double> time_limit_s_, allotted_s_;
+  const std::optional<TimeLimit> limit_;
+  const std::optional<double> allotted_s_;
   const std::string label_;  // followed by blanks
   ProgressFile* const file_;
   const std::chrono::steady_clock::time_point start_;

@@ -404,7 +404,7 @@ void add_farm_options(CLI::App* app, FarmOptions& o) {
   add_job_options(app, o);
   add_settings(app, o.frame,
                {kEdits, kChannels, kCounts, kSample, kSeed, kSchedule, kView, kLight, kLoading},
-               {"time-limit"});
+               {"time-limit", "time-budget"});
   hide_from_help(app, {H::kView, H::kLight, H::kScene});
   app->require_subcommand(0, 1);
   add_farm_verb(app, o, FarmVerb::kStatus, "status",

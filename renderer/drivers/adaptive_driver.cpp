@@ -176,8 +176,9 @@ class AdaptiveDriver final : public FrameDriver {
   }
 
   std::optional<WorkForecast> forecast() const override {
-    return stage_ == Stage::kRounds && !settings_.adaptive.unbiased ? planner_.forecast()
-                                                                    : std::nullopt;
+    // The budget of an open frame grows until its time is over.
+    const bool is_known = !settings_.adaptive.unbiased && !settings_.adaptive.is_open;
+    return stage_ == Stage::kRounds && is_known ? planner_.forecast() : std::nullopt;
   }
 
   PixelStop current_stop(const FilmTile&, int x, int y) const override {

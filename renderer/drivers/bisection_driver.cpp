@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cmath>
 #include <optional>
 #include <vector>
 
@@ -126,7 +127,9 @@ class BisectionDriver final : public FrameDriver {
 
   bool finished() const override { return min_samples_ == samples_per_pixel_; }
   void extend_work(double factor) override {
-    const double samples = std::min(factor * double(samples_per_pixel_), double(kMaxSamples));
+    // Rounds up, since the frame is stopped in time, but would otherwise end too early.
+    const double samples =
+        std::min(std::ceil(factor * double(samples_per_pixel_)), double(kMaxSamples));
     const auto more = std::max(samples_per_pixel_, uint32_t(samples));
     add_bisection_passes(samples_per_pixel_, more, passes_);
     samples_per_pixel_ = more;

@@ -97,9 +97,10 @@ void RenderJob::begin() {
 
 void RenderJob::archive(Archive& archive) {
   TileResult result{driver_->error_estimate(), driver_->min_samples(*film_), counters_};
-  bool finished = driver_->finished();
+  bool finished = is_budget_spent_ || (driver_->finished() && frame_.time_budget_s == 0);
   result.archive(archive);
   archive.number(finished, false, true);
+  if (archive.loading() && frame_.time_budget_s > 0) is_budget_spent_ = finished;
   film_->archive(archive);
   driver_->archive(archive, *film_);
   counters_ = result.counters;
@@ -157,7 +158,7 @@ void RenderJob::render_crop(RenderLoop& loop) {
         frame_.time_budget_s, [watch = Stopwatch()] { return watch.seconds(); },
         work_of(counters_.rays));
   }
-  while (!driver_->finished() || extend_work(budget)) {
+  while (!is_budget_spent_ && (!driver_->finished() || extend_work(budget))) {
     if (parts_done_ == driver_->round().parts) {
       if (!driver_->next(*film_, resumable_ ? std::stop_token() : loop.stop)) {
         if (driver_->finished()) continue;
@@ -186,7 +187,9 @@ void RenderJob::render_crop(RenderLoop& loop) {
     loop.sink.picture_changed(progress, *this);
   }
   counters_.min_samples = driver_->min_samples(*film_);
-  counters_.stopped = !driver_->finished();
+  is_budget_spent_ |=
+      budget && (driver_->finished() || loop.sink.stop_cause() == PixelStop::kTimeBudget);
+  counters_.stopped = !driver_->finished() && !is_budget_spent_;
   unsampled_pixels_ = counters_.min_samples == 0 ? count_unsampled(*film_) : 0;
 }
 

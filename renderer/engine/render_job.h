@@ -163,8 +163,8 @@ class RenderJob final : public LivePicture {
   bool load_tile(RenderLoop& loop, const Rect& tile, FilmTile& film, TileResult& result);
   std::unique_ptr<FrameDriver> begin_tile(RenderLoop& loop, const Rect& tile, uint32_t samples,
                                           FilmTile& film, TileResult& result);
-  double measure_tiles(RenderLoop& loop, std::span<const Rect> tiles, uint32_t first_sample,
-                       uint32_t samples, std::vector<double>& costs) const;
+  void measure_tiles(RenderLoop& loop, std::span<const Rect> tiles, uint32_t first_sample,
+                     uint32_t samples, std::vector<double>& costs) const;
   void begin_budget(RenderLoop& loop, std::span<const Rect> tiles,
                     std::optional<TileBudget>& budget) const;
   std::vector<Rect> tiles() const;
@@ -182,6 +182,7 @@ class RenderJob final : public LivePicture {
   // pixels of later parts may already have samples.
   size_t parts_done_ = 0;
   bool film_is_ahead_ = false;
+  bool is_budget_spent_ = false;  // the time budget is over, so the frame is finished
 };
 
 // Returns how many pixels have no sample.

@@ -214,9 +214,13 @@ bool samples_uniformly(const FrameSettings& settings) {
 
 bool is_tiled(const FrameSettings& settings) { return driver_of(settings).tiles; }
 
-std::optional<double> time_limit_of(const FrameSettings& settings) {
-  if (!settings.time_budget_s || is_tiled(settings)) return settings.time_limit_s;
-  return std::min(*settings.time_budget_s, settings.time_limit_s.value_or(*settings.time_budget_s));
+std::optional<TimeLimit> time_limit_of(const FrameSettings& settings) {
+  const std::optional<double>&limit = settings.time_limit_s, &budget = settings.time_budget_s;
+  if (budget && !is_tiled(settings) && *budget <= limit.value_or(*budget)) {
+    return TimeLimit{*budget, PixelStop::kTimeBudget};
+  }
+  if (limit) return TimeLimit{*limit, PixelStop::kTimeLimit};
+  return std::nullopt;
 }
 
 std::string_view allocation_of(const FrameSettings& settings) {
@@ -232,6 +236,10 @@ std::vector<JudgedChannel> judged_channels_of(const FrameSettings& settings) {
   if (aovs_of(settings).contains(Aov::kShadow)) list += ",shadow";
   if (settings.light_groups) list += ",light.*";
   return parse_judged(list);
+}
+
+void set_judged_channels(std::span<const JudgedChannel> channels, FrameSettings& settings) {
+  settings.judge = judged_list(channels);
 }
 
 bool denoises(const FrameSettings& settings) {

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <stop_token>
 #include <string_view>
 
@@ -108,9 +109,14 @@ bool samples_uniformly(const FrameSettings& settings);
 // end.
 bool is_tiled(const FrameSettings& settings);
 
-// Returns the time after which a frame must be stopped, whether it is finished or not. A frame with
-// a time budget is stopped at its end, unless that would leave buckets without samples.
-std::optional<double> time_limit_of(const FrameSettings& settings);
+// The time after which a frame is stopped, and the cause that it is stopped with.
+struct TimeLimit {
+  double seconds;
+  PixelStop cause;
+};
+// A frame with a time budget is stopped at its end, unless that would leave buckets without
+// samples.
+std::optional<TimeLimit> time_limit_of(const FrameSettings& settings);
 
 // Returns the error metric by which samples are allocated. The text is empty if every pixel gets
 // the same number of samples, or if the error estimate only decides which pixels are finished.
@@ -120,6 +126,8 @@ std::string_view allocation_of(const FrameSettings& settings);
 inline constexpr std::string_view kJudgeDelivered = "delivered";
 // Returns the channels that decide about samples; empty if R G B alone do.
 std::vector<JudgedChannel> judged_channels_of(const FrameSettings& settings);
+// Replaces `judge` by a list of these channels.
+void set_judged_channels(std::span<const JudgedChannel> channels, FrameSettings& settings);
 
 // Returns whether the settings request a denoised picture, directly or for `allocation` denoised.
 bool denoises(const FrameSettings& settings);

@@ -5,7 +5,6 @@
 #include <atomic>
 #include <cmath>
 #include <limits>
-#include <numeric>
 
 #include "renderer/core/errors.h"
 #include "renderer/drivers/bucket_schedule.h"
@@ -74,13 +73,10 @@ void RenderJob::render_tile(RenderLoop& loop, TileOwner& owner, RenderWorker& wo
 }
 
 // Renders these samples of a few pixels in each tile. Writes for each tile how many seconds a
-// thread needs for one sample of every pixel. Returns the seconds that all threads have needed
-// together.
-double RenderJob::measure_tiles(RenderLoop& loop, std::span<const Rect> tiles,
-                                uint32_t first_sample, uint32_t samples,
-                                std::vector<double>& costs) const {
+// thread needs for one sample of every pixel.
+void RenderJob::measure_tiles(RenderLoop& loop, std::span<const Rect> tiles, uint32_t first_sample,
+                              uint32_t samples, std::vector<double>& costs) const {
   constexpr double kPixels = 32;
-  std::vector<double> seconds(tiles.size());
   std::atomic<size_t> next{0};
   SilentSink sink;
   loop.run_workers(tiles.size(), [&](RenderWorker& worker, const auto& should_continue) {
@@ -101,12 +97,11 @@ double RenderJob::measure_tiles(RenderLoop& loop, std::span<const Rect> tiles,
       film.reset(tile);
       const Stopwatch watch;
       worker.render(list, film, sink, loop.stop);
-      seconds[i] = watch.seconds();
+      const double seconds = watch.seconds();
       const RenderCounters counters = worker.take_counters();  // they do not belong to the frame
-      costs[i] = seconds[i] * double(tile.area()) / double(std::max<uint64_t>(1, counters.samples));
+      costs[i] = seconds * double(tile.area()) / double(std::max<uint64_t>(1, counters.samples));
     }
   });
-  return std::accumulate(seconds.begin(), seconds.end(), 0.0);
 }
 
 // The first samples are slower than later ones, so the last measurement counts. Measuring takes
@@ -117,17 +112,18 @@ void RenderJob::begin_budget(RenderLoop& loop, std::span<const Rect> tiles,
   const double seconds = frame_.time_budget_s;
   const Stopwatch watch;
   std::vector<double> costs(tiles.size());
-  double seconds_per_work = 0, before_s = 0;
   uint32_t done = 0;
   do {
     const uint32_t samples = done == 0 ? kFewSamples : kSamples;
-    const double work = measure_tiles(loop, tiles, done, samples, costs);
-    seconds_per_work = (watch.seconds() - before_s) / std::max(work, 1e-9);
-    before_s = watch.seconds();
+    measure_tiles(loop, tiles, done, samples, costs);
     done += samples;
-  } while (before_s < 0.01 * seconds && done < kMaxSamplesPerPixel && !loop.stop.stop_requested());
+  } while (watch.seconds() < 0.01 * seconds && done < kMaxSamplesPerPixel &&
+           !loop.stop.stop_requested());
+  // Rows of a tile are shared, so even a few tiles occupy all workers.
+  const size_t rows = tiles.size() * size_t(drivers_.tile_size);
+  const size_t workers = std::max<size_t>(1, std::min(rows, worker_count()));
   budget.emplace(
-      seconds, [watch] { return watch.seconds(); }, std::move(costs), seconds_per_work,
+      seconds, [watch] { return watch.seconds(); }, std::move(costs), 1.0 / double(workers),
       frame_.samples_per_pixel);
 }
 

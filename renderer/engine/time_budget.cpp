@@ -30,9 +30,9 @@ std::optional<double> FrameBudget::next_factor(double work) {
   const double now_s = clock_(), work_since = work - last_work_;
   // Goes on with the first stage whose end is not near.
   while (stage_ < std::size(kStages) && now_s > 0.9 * kStages[stage_] * seconds_) ++stage_;
-  if (stage_ == std::size(kStages) || !(work_since > 0)) return std::nullopt;
-  const double pace = (now_s - last_s_) / work_since;
-  const double factor = 1 + (kStages[stage_] * seconds_ - now_s) / (pace * work);
+  if (work_since > 0) pace_ = (now_s - last_s_) / work_since;
+  if (stage_ == std::size(kStages) || !(pace_ * work > 0)) return std::nullopt;
+  const double factor = 1 + (kStages[stage_] * seconds_ - now_s) / (pace_ * work);
   ++stage_;
   last_work_ = work;
   last_s_ = now_s;
@@ -52,27 +52,29 @@ TileBudget::TileBudget(double seconds, BudgetClock clock, std::vector<double> co
   samples_ = (seconds_ - began_s_) / std::max(all_ * seconds_per_work_, kMinWork);
 }
 
-// The pace is that of the work so far. Tiles in progress are half done on average.
-void TileBudget::correct() {
+// The pace is that of the work so far. Tiles in progress are half done on average, so enough tiles
+// must be finished already. Returns whether there was a correction.
+bool TileBudget::correct() {
   double in_progress = 0;
   for (const Tile& tile : begun_) in_progress += 0.5 * tile.work;
   const double now_s = clock_(), done = finished_ + in_progress;
-  if (!(done > 0 && left_ > 0 && now_s > began_s_)) return;
+  if (finished_ < 4 * in_progress || !(done > 0 && left_ > 0 && now_s > began_s_)) return false;
   samples_ = ((seconds_ - now_s) * done / (now_s - began_s_) - in_progress) / left_;
+  return true;
 }
 
 void TileBudget::skip(size_t tile) {
   const std::lock_guard lock(mutex_);
   all_ -= costs_[tile];
   left_ -= costs_[tile];
+  if (corrections_ > 0) return;
   samples_ = (seconds_ - began_s_) / std::max(all_ * seconds_per_work_, kMinWork);
 }
 
 uint32_t TileBudget::begin(size_t tile) {
   const std::lock_guard lock(mutex_);
   if (corrections_ < std::size(kTileCorrections) &&
-      all_ - left_ >= kTileCorrections[corrections_] * all_) {
-    correct();
+      all_ - left_ >= kTileCorrections[corrections_] * all_ && correct()) {
     ++corrections_;
   }
   // Rounds up and down in turn, so that the mean is right.

@@ -35,20 +35,20 @@ class FrameBudget {
  private:
   double seconds_;
   BudgetClock clock_;
-  double last_work_, last_s_ = 0;
+  double last_work_, last_s_ = 0, pace_ = 0;
   size_t stage_ = 0;
 };
 
 // Gives each tile of a tiled driver a number of samples per pixel. Thread-safe.
 class TileBudget {
  public:
-  // `costs` has the work of one sample of every pixel, for each tile that will be rendered.
-  // `seconds_per_work` is a first estimate of the pace of all workers together. The tiles begin
+  // `costs` has the seconds that a thread needs for one sample of every pixel of each tile.
+  // `seconds_per_work` is a first estimate of the pace of all threads together. The tiles begin
   // now. No tile gets fewer than `least` samples per pixel, even if the time does not suffice.
   TileBudget(double seconds, BudgetClock clock, std::vector<double> costs, double seconds_per_work,
              uint32_t least);
 
-  // The tile has its samples already. Call before the first correction.
+  // The tile has its samples already.
   void skip(size_t tile);
   // Returns the number of samples of each pixel of the tile, which begins now.
   uint32_t begin(size_t tile);
@@ -59,7 +59,7 @@ class TileBudget {
     size_t index;
     double work;
   };
-  void correct();
+  bool correct();
 
   std::mutex mutex_;
   const double seconds_;

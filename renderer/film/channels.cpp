@@ -162,7 +162,6 @@ constexpr ChannelRow kRows[] = {
      .unit = "pixels per frame",
      .summary = "motion of the first surface, in pixels per frame of `fps`: X to the right, Y up; "
                 "the mean over the shutter, or over the next frame if there is no shutter",
-     .error = ErrorScale::kAbsolute,
      .put = put_velocity},
     {.name = "clamped",
      .components = kRgb,
@@ -218,9 +217,10 @@ constexpr ChannelRow kRows[] = {
     one_value<[](const FilmTile& film, size_t i) {
       return float(*film.block<uint8_t>(Sums::kStop, i));
     }>("stop", Kind::kAssigned, Feed::kDriver, Use::kWhole,
-       "why the pixel got no more samples: 0 it has no samples, 1 `spp` or `time-budget`, 2 "
+       "why the pixel got no more samples: 0 it has no samples, 1 `spp`, 2 "
        "`noise-threshold`, 3 "
-       "`max-spp`, 4 `time-limit`, 5 the user, 6 unfinished when a window saved it. With `judge`, "
+       "`max-spp`, 4 `time-limit`, 5 the user, 6 unfinished when a window saved it, 7 "
+       "`time-budget`. With `judge`, "
        "plus 8 times the "
        "index in that list, from 0, of the channel that needed the pixel's last samples"),
     one_value<[](const FilmTile& film, size_t i) { return float(film.sums(i).non_finite); }>(
@@ -334,9 +334,9 @@ std::span<const NamedValue<Aov>> aov_table() {
 }
 
 std::string pixel_stop_name(PixelStop stop) {
-  constexpr std::string_view kNames[] = {"nothing",   "`spp`",        "`noise-threshold`",
-                                         "`max-spp`", "`time-limit`", "the user",
-                                         "unfinished"};
+  constexpr std::string_view kNames[] = {"nothing",    "`spp`",        "`noise-threshold`",
+                                         "`max-spp`",  "`time-limit`", "the user",
+                                         "unfinished", "`time-budget`"};
   return spell_setting_names(kNames[static_cast<size_t>(stop)]);
 }
 

@@ -160,6 +160,7 @@ std::string describe_stop(float stop, const StatedSettings& settings) {
   }
   if (stop == float(PixelStop::kTimeLimit))
     return "It stopped when `time-limit` ended the frame.\n";
+  if (stop == float(PixelStop::kTimeBudget)) return "It stopped at the end of `time-budget`.\n";
   if (stop == float(PixelStop::kUser)) return "It stopped when the user stopped the frame.\n";
   if (stop == float(PixelStop::kUnfinished)) {
     return "It was unfinished when a window saved the frame.\n";
@@ -170,7 +171,8 @@ std::string describe_stop(float stop, const StatedSettings& settings) {
 // Returns which of several judged channels needed the pixel's last samples.
 std::string describe_judged(float channel, const StatedSettings& settings) {
   const std::vector<JudgedChannel> judged = judged_channels_of(settings.recorded.settings());
-  if (judged.size() < 2 || !(channel >= 0 && channel < float(judged.size()))) return "";
+  const bool has_decided = settings.recorded.text("plan").empty() && judged.size() > 1;
+  if (!has_decided || !(channel >= 0 && channel < float(judged.size()))) return "";
   return fmt::format("Its last samples were for {}, one of the channels of `judge` {}.\n",
                      judged[size_t(channel)].name, settings.recorded.settings().judge);
 }
@@ -279,7 +281,8 @@ std::string explain_frame(const std::string& path, std::optional<Vec2i> pixel,
   text += stop ? describe_stop(*stop, frame.settings)
                : "Why it stopped is not in the file; render it with `aov` stop.\n";
   const std::optional<float> judged = PixelQuantity("judge", channels).of(summary.values.data());
-  if (judged) text += describe_judged(*judged, frame.settings);
+  if (judged && stop != float(PixelStop::kUnfinished))
+    text += describe_judged(*judged, frame.settings);
   text += describe_history(frame.settings, summary.pixel);
   text += describe_error(frame, summary) + describe_cost(frame, summary);
   return spell_setting_names(text);

@@ -66,11 +66,11 @@ uint64_t light_group_bytes(const RenderOptions& options, const OutputSettings& s
                            const RenderPlan& plan, const std::vector<std::string>& layers) {
   uint64_t bytes = 0;
   if (!plan.driver->tiles) {
-    const uint64_t copies = (checkpoint_path(options).empty() ? 1 : 2) *
-                            (settings.aovs.contains(Aov::kDenoising) ? 2 : 1);
+    const uint64_t saved = checkpoint_path(options).empty() ? 1 : 2;
+    const uint64_t copies = saved * (settings.aovs.contains(Aov::kDenoising) ? 2 : 1);
     bytes = bytes_of(uint64_t(settings.crop.area()),
                      copies * LightGroupSums::bytes_per_pixel(int(layers.size())) +
-                         judged_light_bytes(plan, layers.size()) +
+                         saved * judged_light_bytes(plan, layers.size()) +
                          delivery_bytes_per_pixel(layers.size()));
   }
   return bytes + output_bytes(options, settings, layers) - output_bytes(options, settings, {});

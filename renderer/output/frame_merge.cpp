@@ -18,6 +18,7 @@
 #include "renderer/core/load_progress.h"
 #include "renderer/core/log.h"
 #include "renderer/core/parallel.h"
+#include "renderer/drivers/adaptive/judged_channels.h"
 #include "renderer/drivers/bucket_schedule.h"
 #include "renderer/engine/film_memory.h"
 #include "renderer/output/checkpoint.h"
@@ -196,8 +197,11 @@ void FrameMerge::reserve(const RenderOptions& options, const OutputSettings& set
   // The tile's state and the packed record each hold the film and the driver's state. The driver's
   // state that was loaded from a part is a third copy.
   const RenderPlan& plan = first().plan();
-  const uint64_t saved =
-      options.resumable ? 2 * film + 3 * plan.driver->bytes_per_pixel(plan.driver_settings) : 0;
+  const std::vector<JudgedChannel>& judged = plan.driver_settings.adaptive.judged;
+  const uint64_t driver = plan.driver->bytes_per_pixel(plan.driver_settings) +
+                          judged_bytes_per_pixel(judged, int(lights.size())) -
+                          judged_bytes_per_pixel(judged, 0);
+  const uint64_t saved = options.resumable ? 2 * film + 3 * driver : 0;
   const uint64_t bytes_per_pixel =
       (groups_.size() > 1 ? 2 : 1) * film + saved +
       std::max(film, write_bytes_per_pixel(tile_channels(settings, lights).size()));

@@ -56,6 +56,7 @@ void check_heatmap_style(const HeatmapStyle& style,
 
 std::vector<std::string> judged_names(const FrameSettings& settings) {
   std::vector<std::string> names;
+  if (!settings.plan.empty()) return names;  // no channel has decided
   for (const JudgedChannel& channel : judged_channels_of(settings)) names.push_back(channel.name);
   return names;
 }

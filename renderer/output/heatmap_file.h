@@ -34,7 +34,8 @@ void check_heatmap_format(const std::string& option, const std::string& path, co
 void check_heatmap_style(const HeatmapStyle& style,
                          std::span<const HeatmapQuantity* const> quantities);
 
-// Returns the names of the channels that the frame's setting `judge` lists, for HeatmapStyle.
+// Returns the names of the channels that the frame's setting `judge` lists, for HeatmapStyle; none
+// for a planned frame.
 std::vector<std::string> judged_names(const FrameSettings& settings);
 
 // Whether the range is usable: the squares of its ends must be finite in float, and there must be

@@ -21,6 +21,7 @@
 #include "renderer/output/checkpoint.h"
 #include "renderer/output/checkpoint_head.h"
 #include "renderer/output/recorded_settings.h"
+#include "samplers/sampler.h"
 
 namespace emberline {
 namespace {
@@ -43,10 +44,14 @@ bool has_halves(const Json& head) {
 // Whether a setting decides what a sample is, or which view it belongs to.
 bool decides_samples(const Setting& setting) {
   using enum SettingGroup;
-  constexpr SettingGroup kGroups[] = {kEdits, kLight, kView, kSample, kSeed, kTurn};
-  constexpr std::string_view kOthers[] = {"crop", "isa", "streams"};
-  return !setting.file && std::ranges::find(kGroups, setting.group) != std::end(kGroups) &&
-         std::ranges::find(kOthers, setting.name) == std::end(kOthers);
+  constexpr SettingGroup kGroups[] = {kLoading, kEdits, kLight, kView, kSample, kSeed, kTurn};
+  constexpr std::string_view kMore[] = {"sampler", "sample-range", "catcher", "holdout"},
+                             kFewer[] = {"crop", "isa", "resource-root"};
+  const auto contains = [](const auto& list, const auto& value) {
+    return std::ranges::find(list, value) != std::end(list);
+  };
+  return !setting.file && (contains(kGroups, setting.group) || contains(kMore, setting.name)) &&
+         !contains(kFewer, setting.name);
 }
 
 // Lists the differences because of which the samples of a picture are not those of the frame.
@@ -56,6 +61,12 @@ std::vector<std::string> sample_changes(const FloatImageRows& picture, const Ren
   std::vector<std::string> list = recorded.changes(now, decides_samples);
   if (recorded.settings().unbiased) list.emplace_back("it was rendered with `unbiased`");
   try {
+    // The weights of samples depend on their number, which adaptive frames do not know.
+    const SamplerEntry& sampler = find_named(sampler_table(), "`sampler`", "sampler", now.sampler);
+    if (sampler.weighted && samples_uniformly(recorded.settings()) &&
+        !recorded.settings().time_budget_s) {
+      list.push_back(fmt::format("its samples have weights (`sampler` {})", now.sampler));
+    }
     const RenderPlan then(recorded.settings()), planned(now);
     if (then.streams != planned.streams || then.half_block != planned.half_block) {
       list.emplace_back("only one of the two is denoised or has `streams` 2");
@@ -173,8 +184,12 @@ void SamplePlanFile::read_picture(const RenderOptions& options, const LoadLimits
       reserve_counts(options, image.data_window, image.frame_width, image.frame_height, limits);
   std::vector<float> values;
   const auto channels = size_t(image.channels());
+  const int most_rows = std::min(file.rows_at_once(), image.height);
+  const MemoryReservation memory(
+      limits.memory, MemoryPart::kTextures,
+      bytes_of(uint64_t(image.width) * uint64_t(most_rows), channels * sizeof(float)), path_);
   for (int y = 0; y < image.height;) {
-    const int rows = std::min(file.rows_at_once(), image.height - y);
+    const int rows = std::min(most_rows, image.height - y);
     file.read(rows, values);
     uint32_t* const counts = &plan->counts[size_t(y) * size_t(image.width)];
     for (size_t i = 0; i < size_t(rows) * size_t(image.width); ++i) {

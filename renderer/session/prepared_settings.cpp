@@ -55,6 +55,16 @@ RenderOptions main_options(const ViewSettings& settings) {
   options.driver = driver.name;
   options.crop = settings.crop;
   options.cryptomattes.clear();
+  // A session records neither shadows nor, for the choice of samples, light groups.
+  std::vector<JudgedChannel> judged = judged_channels_of(options);
+  std::erase_if(judged, [](const JudgedChannel& channel) {
+    return channel.name == "shadow" || channel.name == "light.*";
+  });
+  set_judged_channels(judged, options);
+  // Its frames have several stages, so a session plans for no time, but stops in time.
+  if (const std::optional<double> budget = std::exchange(options.time_budget_s, std::nullopt)) {
+    options.time_limit_s = std::min(*budget, options.time_limit_s.value_or(*budget));
+  }
   options.catchers.clear();
   options.holdouts.clear();
   options.plan.clear();

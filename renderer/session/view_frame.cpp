@@ -59,11 +59,13 @@ Camera camera_of(const RenderRequest& request) {
 
 double to_seconds(ViewClock::duration time) { return std::chrono::duration<double>(time).count(); }
 
-void put_channel(std::string_view name, std::span<const float> values, FilmCopy* copy) {
+// Replaces the reasons in the channel `stop`.
+void put_stops(std::span<const float> reasons, FilmCopy* copy) {
   const std::vector<std::string> names = film_channel_names(copy->aovs);
-  const auto channel = size_t(std::ranges::find(names, name) - names.begin());
-  for (size_t i = 0; i < values.size(); ++i) {
-    copy->channels[names.size() * i + channel] = values[i];
+  const auto channel = size_t(std::ranges::find(names, "stop") - names.begin());
+  for (size_t i = 0; i < reasons.size(); ++i) {
+    float& stop = copy->channels[names.size() * i + channel];
+    stop += reasons[i] - float(reason_of(uint8_t(stop)));
   }
 }
 
@@ -240,12 +242,12 @@ void ViewFrame::update_buckets() {
 }
 
 bool ViewFrame::is_time_over(double now_s) const {
-  const std::optional<double> limit = time_limit_of(prepared_.options);
-  return limit && stage_ == Stage::kMain && now_s >= *limit;
+  const std::optional<TimeLimit> limit = time_limit_of(prepared_.options);
+  return limit && stage_ == Stage::kMain && now_s >= limit->seconds;
 }
 
 void ViewFrame::check_time_limit() {
-  if (is_time_over(seconds())) stop_->request(PixelStop::kTimeLimit);
+  if (is_time_over(seconds())) stop_->request(time_limit_of(prepared_.options)->cause);
 }
 
 bool ViewFrame::is_picture_due() const {
@@ -441,7 +443,7 @@ FilmCopy ViewFrame::copy() const {
   };
   put(*live_picture_);
   if (const LivePicture* region = region_picture()) put(*region);
-  if (prepared_.plan.aovs.contains(Aov::kStop)) put_channel("stop", result.stops, &result);
+  if (prepared_.plan.aovs.contains(Aov::kStop)) put_stops(result.stops, &result);
   // In a bucket frame, a pixel has no value until its bucket is finished.
   if (bucket_picture_) return result;
   std::vector<float> rgba(4 * size_t(crop_.area()));

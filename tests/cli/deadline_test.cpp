@@ -88,6 +88,9 @@ TEST_F(Deadline, PicturesOfOtherSamplesAreNoPlans) {
   expect_failure(frame("o.exr", words + Words{"--seed", "4"}), 3, {"out.exr", "--seed 0 (now 4)"});
   expect_failure(frame("o.exr", words + Words{"--max-depth", "2"}), 3, {"out.exr", "--max-depth"});
   expect_failure(frame("o.exr", words + Words{"--denoise"}), 3, {"out.exr", "denoised"});
+  expect_failure(frame("o.exr", words + Words{"--sampler", "independent"}), 3,
+                 {"out.exr", "--sampler"});
+  expect_failure(frame("o.exr", words + Words{"--catcher", "0"}), 3, {"out.exr", "--catcher"});
   expect_failure(frame("o.exr", words + Words{"--size", "41x24"}), 3, {"out.exr", "--size"});
   render({"heatmap", path("out.exr"), "-o", path("samples.exr")});
   expect_failure(frame("o.exr", {"--driver", "adaptive", "--plan", path("samples.exr")}), 3,

@@ -102,6 +102,28 @@ TEST_F(Judge, AFrameCanBeExtended) {
   EXPECT_GT(mean_samples(read_exr(path("out.exr"))), before);
 }
 
+// The default has no state of its own, and extending can make the default of another list.
+TEST_F(Judge, AThresholdOfRgbCanBecomeTheDefault) {
+  const Words words = plate({"--judge", "RGB:0.03", "--resumable", "--spp", "100000"});
+  render(words + Words{"--noise-threshold", "0.05"});
+  render({"extend", path("out.exr"), "--noise-threshold", "0.03"});
+}
+
+TEST_F(Judge, PlansJudgeTheSameChannels) {
+  const Words more = {"--noise-threshold", "0.05",    "--aov",
+                      "albedo,stop",       "--judge", "RGB,albedo,shadow:0.01"};
+  const auto planned = [&](const Words& judging) {
+    Words words = plate(Words{"--light-groups"} + judging);
+    words[0] = "plan";
+    words[3] = path("frame.plan");
+    render(words);
+    return picture(plate(Words{"--light-groups", "--plan", path("frame.plan")} + judging));
+  };
+  const ExrPicture truth = picture(plate({"--spp", "16384", "--driver", "bucket", "--seed", "9"}));
+  EXPECT_LT(rms_difference(planned(more), truth, "shadow.G"), 0.012);
+  planned({"--noise-threshold", "0.05", "--judge", "delivered"});
+}
+
 TEST_F(Judge, TheFrameNamesTheChannelThatNeededSamples) {
   const Words words =
       plate({"--noise-threshold", "0.1", "--judge", "RGB,shadow:0.005", "--aov", "stop,variance",

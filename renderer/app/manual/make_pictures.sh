@@ -36,6 +36,15 @@ oiiotool --pattern constant:color=0.25,0.35,0.5,1 480x270 4 -o plate.exr
 oiiotool over.exr --ch R,G,B,A plate.exr --over --ch R,G,B --colorconvert linear sRGB -d uint8 -o over.png
 join catcher 1x1 over.png
 
+judge() { # arguments: NAME CHANNELS
+  render spheres --transparent --catcher paper --driver adaptive --noise-threshold 0.01 --judge "$2" --aov stop -o "$1.exr"
+  "$emberline" heatmap "$1.exr" -q --colors viridis --range 16,512 --log --plain -o "$1.png"
+}
+judge picture RGB
+judge shadow RGB,A,shadow:0.005
+"$emberline" heatmap shadow.exr -q --of judge --plain -o channels.png
+join judge 3x1 picture.png shadow.png channels.png
+
 view() { render glass_metal --size 240x135 --spp 32 --denoise "${@:2}" -o "$1.png"; }
 view srgb --view sRGB
 view aces --view ACES

@@ -119,6 +119,16 @@ std::vector<JudgedChannel> parse_judged(std::string_view list) {
   return channels;
 }
 
+std::string judged_list(std::span<const JudgedChannel> channels) {
+  std::string list;
+  for (const JudgedChannel& channel : channels) {
+    if (!list.empty()) list += ',';
+    list += channel.name;
+    if (channel.threshold > 0.0f) list += fmt::format(":{}", channel.threshold);
+  }
+  return list;
+}
+
 uint64_t judged_bytes_per_pixel(std::span<const JudgedChannel> channels, int light_groups) {
   uint64_t values = 0;
   for (const JudgedChannel& channel : channels) {
@@ -175,6 +185,8 @@ void JudgedChannels::read_values(const FilmTile& film, const Values& values, siz
     for (int c = 0; c < 3; ++c) out[c] = mean[c];
     return;
   }
+  if (film.share_of_samples(*values.row, i) == 0.0)
+    return void(std::fill_n(out, values.count, kNoMean));
   std::array<float, kMaxValues> row;
   film.put_row(*values.row, i, row.data());
   std::copy_n(&row[values.skipped], values.count, out);
@@ -198,6 +210,9 @@ void JudgedChannels::measure(const FilmTile& film, const PixelStatistics& pixels
     for (size_t i = begin; i < end; ++i) {
       if (!(weights[i] > 0.0f)) continue;
       read_values(film, values, i, mean.data());
+      // If only one of the two parts has a value, the difference says nothing.
+      constexpr float kMaxDifference = 1e30f;
+      if (std::abs(halves.differences(values.first)[i]) > kMaxDifference) continue;
       float sum = 0.0f;
       for (size_t c = 0; c < values.count; ++c) {
         const float variance = weights[i] * square(halves.differences(values.first + c)[i]);
@@ -275,7 +290,7 @@ void JudgedChannels::update(const FilmTile& film, const PixelStatistics& pixels,
 }
 
 void JudgedChannels::archive(Archive& archive, size_t pixels) {
-  if (is_default()) return;
+  if (values_.empty()) return;
   archive.array(last_, pixels);
   for (const uint8_t channel : last_) archive.check(channel < channels_.size());
   archive.array(recorded_errors_, channels_.size());

@@ -26,6 +26,8 @@ struct PixelStatistics;
 
 // Parses a list such as "RGB,A:0.005". Throws a UsageError with the valid names.
 std::vector<JudgedChannel> parse_judged(std::string_view list);
+// Returns a list that parse_judged() accepts.
+std::string judged_list(std::span<const JudgedChannel> channels);
 // Returns the memory that the channels take in addition to R G B, in a film with these light
 // groups.
 uint64_t judged_bytes_per_pixel(std::span<const JudgedChannel> channels, int light_groups);
@@ -46,7 +48,8 @@ class JudgedChannels {
     return values_.empty() && judges_picture_ && relative_scale(picture_) == 1.0f;
   }
 
-  // The number of values of a pixel besides R G B, and their means over the pixel's samples.
+  // The number of values of a pixel besides R G B, and their means over the pixel's samples, or
+  // kNoMean where no sample has a value.
   size_t value_count() const { return value_count_; }
   void read_means(const FilmTile& film, size_t i, float* means) const;
 
@@ -55,7 +58,10 @@ class JudgedChannels {
   void update(const FilmTile& film, const PixelStatistics& pixels, const SampleHalves& halves,
               ErrorMap* errors);
   // The channels' errors in this pixel are kept by the following updates.
-  void record(size_t pixel) { recorded_ = pixel; }
+  void record(size_t pixel) {
+    if (pixel != recorded_) recorded_errors_.clear();
+    recorded_ = pixel;
+  }
   // One error per channel, in the channel's own scale. Empty before the first update.
   std::span<const float> recorded_errors() const { return recorded_errors_; }
   // The channel with the largest of these errors in comparison with its threshold.
@@ -68,9 +74,10 @@ class JudgedChannels {
   void archive(Archive& archive, size_t pixels);
   uint64_t bytes() const { return last_.capacity(); }
   // The most that update() needs in addition, per pixel.
-  static constexpr uint64_t kUpdateBytes = 4 * sizeof(float) + 1;
+  static constexpr uint64_t kUpdateBytes = 5 * sizeof(float) + 2;
 
  private:
+  static constexpr float kNoMean = 3e38f;
   // Values that are measured together: those of a channel, or those of one light group.
   struct Values {
     uint8_t channel;

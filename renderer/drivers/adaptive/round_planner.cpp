@@ -595,7 +595,6 @@ void RoundPlanner::archive(Archive& archive) {
   }
   archive.check(settings_.budget == 0 || total <= 2 * uint64_t(settings_.budget) * pixels);
   halves_.archive(archive, pixels);
-  judged_.archive(archive, pixels);
   if (uses_denoised_error()) denoised_.archive(archive, pixels);
   archive.array(errors_.error, pixels);
   archive.array(errors_.deviation, pixels);
@@ -607,6 +606,7 @@ void RoundPlanner::archive(Archive& archive) {
   archive.list(records_, kMaxRounds);
   for (const RoundRecord& record : records_) archive.check(record.judged < judged_.size());
   judged_.record(recorded_);
+  judged_.archive(archive, pixels);
 }
 
 uint64_t RoundPlanner::bytes() const {

@@ -59,9 +59,11 @@ TEST(FrameBudget, WithoutWorkThereIsNoPlan) {
   EXPECT_FALSE(budget.next_factor(0));
 }
 
-// Renders tiles one after another with `workers` workers. Returns the time of the end.
+// Renders tiles with `workers` workers, each of which renders whole tiles. Returns the time of the
+// end.
 double end_of_tiles(double seconds, const std::vector<double>& costs, double predicted_pace,
                     double pace, size_t workers, std::vector<uint32_t>* counts = nullptr) {
+  workers = std::min(workers, costs.size());
   double now = 0;
   TileBudget budget(
       seconds, [&] { return now; }, costs, predicted_pace, 1);
@@ -80,6 +82,7 @@ double end_of_tiles(double seconds, const std::vector<double>& costs, double pre
     if (running.size() == workers) finish_first();
     const uint32_t count = budget.begin(i);
     if (counts) counts->push_back(count);
+    now += 1e-6;
     running.push_back({i, now + count * costs[i] * pace * double(workers)});
   }
   while (!running.empty()) finish_first();
@@ -94,6 +97,17 @@ TEST(TileBudget, EndsOnTimeIfThePilotMisjudgedThePace) {
       const double end = end_of_tiles(20, costs, 2e-3 * misjudged, 2e-3, workers);
       EXPECT_NEAR(end, 20, 0.6) << misjudged << ", " << workers;
     }
+  }
+}
+
+// Many workers begin their first tiles at nearly the same time, when no pace is known.
+TEST(TileBudget, EndsOnTimeWithNearlyAsManyWorkersAsTiles) {
+  for (const size_t workers : {size_t(4), size_t(8), size_t(15), size_t(64)}) {
+    std::vector<uint32_t> counts;
+    const std::vector<double> costs(15, 1.0);
+    const double end = end_of_tiles(10, costs, 1e-3, 1e-3, workers, &counts);
+    EXPECT_LT(end, 15) << workers;
+    EXPECT_LT(*std::ranges::max_element(counts), 1500u) << workers;
   }
 }
 
