@@ -87,16 +87,21 @@ void RenderJob::measure_tiles(RenderLoop& loop, std::span<const Rect> tiles, uin
       if (i >= tiles.size()) break;
       const Rect& tile = tiles[i];
       const int step = std::max(1, int(std::sqrt(double(tile.area()) / kPixels)));
-      list.clear();
-      for (int y = tile.y0 + step / 2; y < tile.y1; y += step) {
-        for (int x = tile.x0 + step / 2; x < tile.x1; x += step) {
-          list.push_back({x, y, first_sample, samples});
+      const auto render = [&](uint32_t first) {
+        list.clear();
+        for (int y = tile.y0 + step / 2; y < tile.y1; y += step) {
+          for (int x = tile.x0 + step / 2; x < tile.x1; x += step) {
+            list.push_back({x, y, first, samples});
+          }
         }
-      }
-      if (list.empty()) list.push_back({tile.x0, tile.y0, first_sample, samples});
+        if (list.empty()) list.push_back({tile.x0, tile.y0, first, samples});
+        worker.render(list, film, sink, loop.stop);
+      };
       film.reset(tile);
+      render(first_sample);  // fills the caches, as most samples find them
+      worker.take_counters();
       const Stopwatch watch;
-      worker.render(list, film, sink, loop.stop);
+      render(first_sample + samples);
       const double seconds = watch.seconds();
       const RenderCounters counters = worker.take_counters();  // they do not belong to the frame
       costs[i] = seconds * double(tile.area()) / double(std::max<uint64_t>(1, counters.samples));
@@ -116,7 +121,7 @@ void RenderJob::begin_budget(RenderLoop& loop, std::span<const Rect> tiles,
   do {
     const uint32_t samples = done == 0 ? kFewSamples : kSamples;
     measure_tiles(loop, tiles, done, samples, costs);
-    done += samples;
+    done += 2 * samples;
   } while (watch.seconds() < 0.01 * seconds && done < kMaxSamplesPerPixel &&
            !loop.stop.stop_requested());
   // Rows of a tile are shared, so even a few tiles occupy all workers.

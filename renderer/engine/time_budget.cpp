@@ -12,7 +12,7 @@ namespace {
 
 // The fractions of the time at which the plan, its first and its second correction end. The last
 // one ends late, because the frame is stopped in time, while it could not go on if it ended early.
-constexpr double kStages[] = {0.6, 0.93, 1.05};
+constexpr double kStages[] = {0.6, 0.93, 1.1};
 
 // The fractions of the tiles' costs after which the counts are corrected.
 constexpr double kTileCorrections[] = {0.2, 0.8};

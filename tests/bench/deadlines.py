@@ -25,7 +25,7 @@ def frame(command, words, folder):
     """Renders with the command. Returns the picture and the seconds of rendering."""
     picture, report = Path(folder, "out.exr"), Path(folder, "report.json")
     subprocess.run([*command, *words, "-o", picture, "--report", report, "-q"], check=True)
-    return emberline.read(picture), json.loads(report.read_text())["times"]["render_s"]
+    return emberline.read(picture), json.loads(report.read_text())["time"]["render_s"]
 
 
 def main():
@@ -46,7 +46,7 @@ def main():
         words = [word for k, v in settings.items() for word in (f"--{k.replace('_', '-')}", str(v))]
         command = [options.emberline, "render", path, "--size", options.size, *words]
         with tempfile.TemporaryDirectory() as folder:
-            halves = [displayed(frame(command, ["--spp", options.reference_spp and str(options.reference_spp),
+            halves = [displayed(frame(command, ["--spp", str(options.reference_spp),
                                                 "--seed", seed], folder)[0])
                       for seed in ("901", "902")] if options.reference_spp else []
             for driver in options.drivers.split(","):
