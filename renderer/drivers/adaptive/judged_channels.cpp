@@ -185,8 +185,10 @@ void JudgedChannels::read_values(const FilmTile& film, const Values& values, siz
     for (int c = 0; c < 3; ++c) out[c] = mean[c];
     return;
   }
-  if (film.share_of_samples(*values.row, i) == 0.0)
-    return void(std::fill_n(out, values.count, kNoMean));
+  if (film.share_of_samples(*values.row, i) == 0.0) {
+    std::fill_n(out, values.count, kNoMean);
+    return;
+  }
   std::array<float, kMaxValues> row;
   film.put_row(*values.row, i, row.data());
   std::copy_n(&row[values.skipped], values.count, out);
