@@ -44,6 +44,21 @@ class SilentSink final : public RenderSink {
   void tile_finished(const FilmTile&) override {}
 };
 
+// Limits the seconds per work to a range around their median, because a pause of the thread may
+// have made one of these short measurements a hundred times too long.
+void limit_paces(std::span<const double> work, std::span<double> seconds) {
+  constexpr double kRange = 3;
+  std::vector<double> paces(work.size());
+  for (size_t i = 0; i < work.size(); ++i) paces[i] = work[i] > 0 ? seconds[i] / work[i] : 0;
+  if (paces.empty()) return;
+  const auto middle = paces.begin() + std::ptrdiff_t(paces.size() / 2);
+  std::ranges::nth_element(paces, middle);
+  const double median = *middle;
+  for (size_t i = 0; i < work.size(); ++i) {
+    seconds[i] = std::clamp(seconds[i], median * work[i] / kRange, median * work[i] * kRange);
+  }
+}
+
 uint64_t pixels_of(std::span<const Rect> tiles) {
   uint64_t pixels = 0;
   for (const Rect& tile : tiles) pixels += uint64_t(tile.area());
@@ -77,6 +92,7 @@ void RenderJob::render_tile(RenderLoop& loop, TileOwner& owner, RenderWorker& wo
 void RenderJob::measure_tiles(RenderLoop& loop, std::span<const Rect> tiles, uint32_t first_sample,
                               uint32_t samples, std::vector<double>& costs) const {
   constexpr double kPixels = 32;
+  std::vector<double> work(tiles.size());
   std::atomic<size_t> next{0};
   SilentSink sink;
   loop.run_workers(tiles.size(), [&](RenderWorker& worker, const auto& should_continue) {
@@ -104,9 +120,13 @@ void RenderJob::measure_tiles(RenderLoop& loop, std::span<const Rect> tiles, uin
       render(first_sample + samples);
       const double seconds = watch.seconds();
       const RenderCounters counters = worker.take_counters();  // they do not belong to the frame
-      costs[i] = seconds * double(tile.area()) / double(std::max<uint64_t>(1, counters.samples));
+      const double per_sample =
+          double(tile.area()) / double(std::max<uint64_t>(1, counters.samples));
+      work[i] = work_of(counters.rays) * per_sample;
+      costs[i] = seconds * per_sample;
     }
   });
+  limit_paces(work, costs);
 }
 
 // The first samples are slower than later ones, so the last measurement counts. Measuring takes

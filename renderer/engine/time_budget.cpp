@@ -17,6 +17,10 @@ constexpr double kStages[] = {0.6, 0.93, 1.1};
 // The fractions of the tiles' costs after which the counts are corrected.
 constexpr double kTileCorrections[] = {0.2, 0.8};
 
+// A correction changes the count by at most this factor, as the predictions for single tiles may be
+// wrong.
+constexpr double kMaxCorrection = 4;
+
 // Of a tile; avoids divisions by 0.
 constexpr double kMinWork = 1e-9;
 
@@ -59,7 +63,8 @@ bool TileBudget::correct() {
   for (const Tile& tile : begun_) in_progress += 0.5 * tile.work;
   const double now_s = clock_(), done = finished_ + in_progress;
   if (finished_ < 4 * in_progress || !(done > 0 && left_ > 0 && now_s > began_s_)) return false;
-  samples_ = ((seconds_ - now_s) * done / (now_s - began_s_) - in_progress) / left_;
+  const double wanted = ((seconds_ - now_s) * done / (now_s - began_s_) - in_progress) / left_;
+  samples_ = std::clamp(wanted, samples_ / kMaxCorrection, samples_ * kMaxCorrection);
   return true;
 }
 
