@@ -127,7 +127,7 @@ std::span<const Category> stop_categories() {
       category(PixelStop::kTimeLimit, {204, 121, 167}),
       category(PixelStop::kUser, {213, 94, 0}),
       category(PixelStop::kUnfinished, {72, 72, 72}),
-      category(PixelStop::kTimeBudget, {0, 158, 115}),
+      category(PixelStop::kTimeBudget, {150, 210, 160}),
   };
   return categories;
 }
