@@ -122,7 +122,7 @@ std::optional<TimeLimit> time_limit_of(const FrameSettings& settings);
 // the same number of samples, or if the error estimate only decides which pixels are finished.
 std::string_view allocation_of(const FrameSettings& settings);
 
-// The value of `judge` that stands for all delivered channels.
+// This value of `judge` means all delivered channels.
 inline constexpr std::string_view kJudgeDelivered = "delivered";
 // Returns the channels that decide about samples; empty if R G B alone do.
 std::vector<JudgedChannel> judged_channels_of(const FrameSettings& settings);

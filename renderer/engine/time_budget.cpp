@@ -21,7 +21,7 @@ constexpr double kTileCorrections[] = {0.2, 0.8};
 // wrong.
 constexpr double kMaxCorrection = 4;
 
-// Of a tile; avoids divisions by 0.
+// The least work of a tile. It avoids divisions by 0.
 constexpr double kMinWork = 1e-9;
 
 }  // namespace
@@ -32,7 +32,7 @@ double work_of(const RayCounters& rays) {
 
 std::optional<double> FrameBudget::next_factor(double work) {
   const double now_s = clock_(), work_since = work - last_work_;
-  // Goes on with the first stage whose end is not near.
+  // Skips the stages whose end is near or past.
   while (stage_ < std::size(kStages) && now_s > 0.9 * kStages[stage_] * seconds_) ++stage_;
   if (work_since > 0) pace_ = (now_s - last_s_) / work_since;
   if (stage_ == std::size(kStages) || !(pace_ * work > 0)) return std::nullopt;

@@ -538,32 +538,9 @@ std::vector<uint32_t> RoundPlanner::planned_counts(const AdaptiveSettings& limit
   return {counts.begin(), counts.end()};  // all counts are whole numbers
 }
 
-// The work for a budget is interpolated linearly between the present work and that for the budget
-// that would do if all samples had the same cost.
-void RoundPlanner::extend_work(double factor) {
-  const double now = spent_ / double(targets_.size());
-  const auto set_mean = [&](double mean) {
-    settings_.budget = uint32_t(std::clamp(std::ceil(mean), now, double(kMaxSamples)));
-  };
-  set_mean(now * factor);
-  if (errors_.deviation.empty()) return;
-  AdaptiveSettings limits = settings_;
-  const std::vector<float> counts =
-      allocate_anew(limits, sample_limit(limits), [&](size_t i) { return float(targets_[i]); });
-  double work = 0, done = 0;
-  for (size_t i = 0; i < counts.size(); ++i) {
-    work += double(counts[i]) * double(statistics_.cost[i]);
-    done += double(targets_[i]) * double(statistics_.cost[i]);
-  }
-  if (work > done) {
-    set_mean(now + (double(settings_.budget) - now) * (factor - 1) * done / (work - done));
-  }
-}
-
-// In the first round, halves are not known yet.
-std::optional<WorkForecast> RoundPlanner::forecast() const {
-  if (errors_.error.empty() || statistics_.size() != targets_.size() || entry_.batch > 0 ||
-      round_ < 2) {
+// Returns the work of the frame with the present limits, according to the last update.
+std::optional<WorkForecast> RoundPlanner::predict() const {
+  if (errors_.error.empty() || statistics_.size() != targets_.size() || entry_.batch > 0) {
     return std::nullopt;
   }
   const std::vector<float> counts = allocate_anew(settings_, sample_limit(settings_),
@@ -575,6 +552,24 @@ std::optional<WorkForecast> RoundPlanner::forecast() const {
     done += double(targets_[i]) * double(statistics_.cost[i]);
   }
   return WorkForecast{samples, work / done};
+}
+
+// In the first round, halves are not known yet.
+std::optional<WorkForecast> RoundPlanner::forecast() const {
+  return round_ < 2 ? std::nullopt : predict();
+}
+
+// The work for a budget is interpolated linearly between the present work and that for the budget
+// that would do if all samples had the same cost.
+void RoundPlanner::extend_work(double factor) {
+  const double now = spent_ / double(targets_.size());
+  const auto set_mean = [&](double mean) {
+    settings_.budget = uint32_t(std::clamp(std::ceil(mean), now, double(kMaxSamples)));
+  };
+  set_mean(now * factor);
+  const std::optional<WorkForecast> predicted = predict();
+  if (!predicted || predicted->work <= 1) return;
+  set_mean(now + (double(settings_.budget) - now) * (factor - 1) / (predicted->work - 1));
 }
 
 void RoundPlanner::archive(Archive& archive) {

@@ -126,6 +126,7 @@ class RoundPlanner {
   bool resample_noise_free_pixels();
   float scale_to_budget(float uniform_samples);
   bool unfinished(size_t i) const;
+  std::optional<WorkForecast> predict() const;
   // Pixels that may get more samples in the coming round.
   struct OpenPixels {
     size_t count = 0;
