@@ -52,7 +52,8 @@ RenderOptions pilot_of(const RenderOptions& planned) {
 
 int run_plan(const PlanOptions& options) {
   RenderOptions planned = options.frame;
-  // A settings file may have these. They limit a run, not the frame.
+  // A settings file may have these. They limit a run, or name the file that is written here.
+  planned.plan.clear();
   planned.time_limit_s.reset();
   planned.time_budget_s.reset();
   planned.part.reset();

@@ -158,9 +158,12 @@ TEST_F(Plan, HostileCropsAreRefused) {
   }
 }
 
-// A plan never has more samples than the budget. The time limit of a settings file is for frames.
+// A plan never has more samples than the budget. The settings file of a farm is for frames: it may
+// limit their time, and it names the plan that is only now made.
 TEST_F(Plan, SmallBudgetsAndSettingsFiles) {
-  write("look.json", R"({"time-limit": 0.001, "part": "1/2"})");
+  write(
+      "look.json",
+      nlohmann::json{{"time-limit", 0.001}, {"part", "1/2"}, {"plan", path("frame.plan")}}.dump());
   for (const std::string spp : {"1", "4", "16"}) {
     render(plan_words({"--settings", path("look.json"), "--spp", spp}));
     render(planned("out.exr", {"--spp", spp}));
