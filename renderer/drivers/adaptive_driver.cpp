@@ -505,8 +505,7 @@ uint64_t adaptive_bytes_per_pixel(const DriverSettings& settings) {
   const uint64_t judged = adaptive.judged.empty() ? 0
                                                   : judged_bytes_per_pixel(adaptive.judged, 0) +
                                                         JudgedChannels::kUpdateBytes;
-  const uint64_t denoised = adaptive.allocation == ErrorMetric::kDenoised ? sizeof(float) : 0;
-  return kPlanner + kOrder + kTree + denoised + judged + (adaptive.unbiased ? kAverages : 0);
+  return kPlanner + kOrder + kTree + judged + (adaptive.unbiased ? kAverages : 0);
 }
 
 }  // namespace emberline

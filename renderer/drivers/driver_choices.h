@@ -23,7 +23,7 @@ inline constexpr std::string_view kDefaultEstimator = "nested";
 enum class Reconstruction { kDuplicate, kLinear };
 
 // The units of error (drivers/adaptive/error_estimator.h).
-enum class ErrorMetric { kMse, kRelMse, kDisplay, kDenoised };
+enum class ErrorMetric { kMse, kRelMse, kDisplay };
 
 // Selects every `count`-th tile in the driver's order, starting with tile `index`; the first tile
 // has index 1.

@@ -242,13 +242,9 @@ void set_judged_channels(std::span<const JudgedChannel> channels, FrameSettings&
   settings.judge = judged_list(channels);
 }
 
-bool denoises(const FrameSettings& settings) {
-  return settings.denoise || settings.allocation == ErrorMetric::kDenoised;
-}
-
 AovSet aovs_of(const FrameSettings& settings) {
   AovSet aovs = AovSet::parse(settings.aovs);
-  if (denoises(settings)) aovs.insert(Aov::kDenoising);
+  if (settings.denoise) aovs.insert(Aov::kDenoising);
   if (!settings.catchers.empty()) aovs.insert(Aov::kShadow);
   return aovs;
 }

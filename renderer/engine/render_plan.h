@@ -129,9 +129,6 @@ std::vector<JudgedChannel> judged_channels_of(const FrameSettings& settings);
 // Replaces `judge` by a list of these channels.
 void set_judged_channels(std::span<const JudgedChannel> channels, FrameSettings& settings);
 
-// Returns whether the settings request a denoised picture, directly or for `allocation` denoised.
-bool denoises(const FrameSettings& settings);
-
 // Returns the channels that the settings request or need.
 AovSet aovs_of(const FrameSettings& settings);
 

@@ -173,7 +173,7 @@ AnyCondition joined(std::initializer_list<AnyCondition> lists) {
   return all;
 }
 
-AnyCondition denoising() { return {{"denoise"}, {"allocation", "denoised"}, {"aov", "denoising"}}; }
+AnyCondition denoising() { return {{"denoise"}, {"aov", "denoising"}}; }
 
 std::vector<SettingRule> view_rules() {
   return {
@@ -239,7 +239,6 @@ std::vector<SettingRule> channel_rules() {
     rule.needs = {row.setting == "aov" ? SettingCondition{"aov", row.name}
                                        : SettingCondition{row.setting}};
     if (row.feed == ChannelFeed::kCatchers) rule.needs.push_back({"catcher"});
-    if (row.setting == "denoise") rule.needs.push_back({"allocation", "denoised"});
     rules.push_back(std::move(rule));
   }
   return rules;
@@ -273,25 +272,9 @@ std::vector<SettingRule> error_rules() {
        .needs = find_drivers(
            [](const DriverEntry& d) { return d.distribution != SampleDistribution::kUniform; }),
        .reason = "{} gives every pixel `spp` samples"},
-      {.about = {{"allocation", "denoised"}},
-       .needs = find_drivers(
-           [](const DriverEntry& d) { return d.distribution == SampleDistribution::kByError; }),
-       .reason = "it distributes samples over the whole frame, by the error after denoising"},
-      {.about = {{"min-spp"},
-                 {"max-spp"},
-                 {"estimator"},
-                 {.name = "allocation", .except = "denoised"},
-                 {"judge"},
-                 {"unbiased"}},
+      {.about = {{"min-spp"}, {"max-spp"}, {"estimator"}, {"allocation"}, {"judge"}, {"unbiased"}},
        .needs = adaptive_drivers(),
        .reason = "with these settings, {} gives every pixel `spp` samples"},
-      {.about = {{"allocation", "denoised"}},
-       .excludes = {{"noise-threshold"}},
-       .reason = "the error of a denoised pixel depends on its neighbours, so no pixel can finish "
-                 "alone; limit the frame with `spp`"},
-      {.about = {{"allocation", "denoised"}},
-       .excludes = {{"unbiased"}},
-       .reason = "it measures the plain mean of all samples, but `unbiased` shows a weighted mean"},
       {.about = {{"allocation"}},
        .excludes = historical,
        .reason = "with this estimator, all unfinished pixels get equally many samples; valid are " +
@@ -321,7 +304,7 @@ std::vector<SettingRule> error_rules() {
            [](const DriverEntry& d) { return d.distribution == SampleDistribution::kByError; }),
        .reason = "a plan has the sample counts of an adaptive frame"},
       {.about = {{"plan"}},
-       .excludes = joined({{{"unbiased"}, {"allocation", "denoised"}}, historical}),
+       .excludes = joined({{{"unbiased"}}, historical}),
        .reason = "a plan is made only once, from the deviations of the pixels' samples"},
       {.about = {{"time-budget"}},
        .excludes = {{"spp"}, {"sample-range"}, {"plan"}},
@@ -330,7 +313,7 @@ std::vector<SettingRule> error_rules() {
        .excludes = {{"part"}},
        .reason = "each part would have its own number of samples"},
       {.about = {{"time-budget"}},
-       .excludes = {{"unbiased"}, {"allocation", "denoised"}},
+       .excludes = {{"unbiased"}},
        .reason = "it plans again while the frame renders"},
       {.about = {{"time-budget"}},
        .excludes = {{.name = "driver", .value = "bucket", .with = "noise-threshold"}},

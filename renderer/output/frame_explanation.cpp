@@ -180,9 +180,6 @@ std::string describe_judged(float channel, const StatedSettings& settings) {
 // Returns a description of the error that the driver compares with `noise-threshold`. The file does
 // not contain this error itself.
 std::string threshold_error(const StatedSettings& s) {
-  if (s.recorded.settings().allocation == ErrorMetric::kDenoised) {
-    return "the error of the denoised picture";
-  }
   for (const EstimatorEntry& entry : estimator_table()) {
     if (entry.name != s.recorded.settings().estimator) continue;
     return entry.halves || entry.name == "two-stream"

@@ -120,10 +120,7 @@ uint64_t output_bytes(const RenderOptions& options, const OutputSettings& settin
     per_pixel += sizeof(float) + (is_exr(path) ? 0 : 2 * 3);
   }
   const uint64_t bytes = bytes_of(uint64_t(settings.crop.area()), per_pixel);
-  // The adaptive driver denoises while it renders; the outputs are denoised after the render. These
-  // two never happen at the same time, so their memory is counted once.
-  const bool denoises_while_rendering = options.allocation == ErrorMetric::kDenoised;
-  if (options.outputs.empty() && !denoises_while_rendering) return bytes;
+  if (options.outputs.empty()) return bytes;
   const std::vector<std::string> names = names_of(tile_channels(settings, layers));
   uint64_t more = lossy_encoder_bytes(options);
   if (settings.denoise) {

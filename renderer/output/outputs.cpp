@@ -75,7 +75,7 @@ OutputSettings output_settings(const RenderOptions& options, const Rect& crop) {
   settings.heatmap_style = options.heatmap_style;
   settings.heatmap_style.judged = judged_names(options);
   settings.is_clamped = options.clamp_indirect.has_value();
-  settings.denoise = denoises(options);
+  settings.denoise = options.denoise;
   settings.explained = options.explained;
   settings.light_groups = options.light_groups;
   settings.cryptomattes = parse_cryptomattes(options.cryptomattes);

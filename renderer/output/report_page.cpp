@@ -76,11 +76,9 @@ void add_picture(HtmlPage& page, const RenderOptions& o, const RenderReport& r,
   page.figures(std::vector{encoded_figure(pictures.picture(), "jpeg", "the picture", caption)});
 }
 
-std::string estimate_text(const RenderOptions& o, const RenderReport& r) {
+std::string estimate_text(const RenderReport& r) {
   if (!r.error_estimate) return "none, because sampling was uniform";
-  const bool denoised = o.allocation == ErrorMetric::kDenoised;
-  return fmt::format("{} ({}{})", readable_number(*r.error_estimate), r.estimator,
-                     denoised ? ", of the denoised picture" : "");
+  return fmt::format("{} ({})", readable_number(*r.error_estimate), r.estimator);
 }
 
 std::string denoising_text(const DenoiseReport& denoise) {
@@ -105,7 +103,7 @@ void add_numbers(HtmlPage& page, const RenderOptions& o, const RenderReport& r) 
        fmt::format("{}, {}", readable_number(double(c.samples) * per_second),
                    readable_number(double(c.rays.total()) * per_second))},
       {"Peak memory", readable_bytes(peak_rss_bytes())},
-      {"Estimated error (RMS of the displayed picture, 0 to 1)", estimate_text(o, r)},
+      {"Estimated error (RMS of the displayed picture, 0 to 1)", estimate_text(r)},
   };
   if (r.denoise) {
     rows.push_back({"Estimated error of the denoised picture", denoising_text(*r.denoise)});

@@ -72,7 +72,6 @@ RenderOptions main_options(const ViewSettings& settings) {
   // With kGuided, every change of view would have to wait for a new survey.
   options.environment_sampling = EnvironmentSampling::kByLight;
   options.denoise = false;  // may come from --settings; ViewSettings::denoise replaces it
-  if (options.allocation == ErrorMetric::kDenoised) options.allocation.reset();
   const bool is_limited = options.noise_threshold || options.max_spp || driver.tiles;
   if (!options.spp && !is_limited) options.spp = kViewSamples;
   return options;

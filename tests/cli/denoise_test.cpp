@@ -269,35 +269,7 @@ TEST_F(Denoise, FewAdaptiveSamplesHaveTwoHalves) {
   }
 }
 
-// --allocation denoised must write a denoised picture. Its sample counts must not depend on threads
-// or pauses.
-TEST_F(Denoise, SamplesGoWhereTheyImproveTheDenoisedPicture) {
-  const Words shared = {"--driver", "adaptive", "--allocation", "denoised", "--spp", "80"};
-  const ExrPicture one = picture(shared + Words{"--threads", "1"});
-  for (const std::string& name : kResults) EXPECT_TRUE(one.channels.contains(name)) << name;
-  expect_within(one, picture(shared + Words{"--threads", "2", "--report", path("r.json")}));
-  const nlohmann::json json = read_json("r.json");
-  EXPECT_EQ(json["error"]["of"], "denoised");
-  EXPECT_GT(json["error"]["estimate"].get<double>(), 0.0);
-  EXPECT_GT(json["denoise"]["error_after"].get<double>(), 0.0);
-  EXPECT_NEAR(json["samples"]["mean"].get<double>(), 80.0, 4.0);
-  EXPECT_NE(one.channels.at("samples"),
-            picture({"--driver", "adaptive", "--denoise", "--spp", "80"}).channels.at("samples"));
-  EXPECT_EQ(read_json("r.json")["error"]["estimator"], "nested");
-}
-
 TEST_F(Denoise, RejectsUnusableFiles) {
-  const Words shared = {"--allocation", "denoised"};
-  const Words adaptive = shared + Words{"--driver", "adaptive"};
-  expect_failure(words(shared + Words{"--noise-threshold", "0.1"}), 2,
-                 {"--allocation denoised", "--driver adaptive"});
-  expect_failure(words(adaptive + Words{"--noise-threshold", "0.1"}), 2,
-                 {"--allocation denoised", "--noise-threshold"});
-  expect_failure(words(adaptive + Words{"--unbiased"}), 2, {"--allocation denoised", "--unbiased"});
-  expect_failure(words(adaptive + Words{"--streams", "1"}), 2,
-                 {"--allocation denoised", "--streams"});
-  expect_failure(words(adaptive + Words{"--integrator", "normal"}), 2,
-                 {"--allocation denoised", "path"});
   expect_failure(words({"--denoise", "--streams", "1"}), 2, {"--denoise", "--streams"});
   expect_failure(words({"--denoise", "--integrator", "normal"}), 2, {"--denoise", "path"});
   render(words({"--aov", "albedo"}));
@@ -323,11 +295,10 @@ TEST_F(Denoise, DamagedFilesGiveOneLineErrors) {
 }
 
 // The light is free of noise and far brighter than white. The expected error in the log and in the
-// file must nevertheless be finite, and the allocation must keep to the sample budget.
+// file must nevertheless be finite, and the frame must keep to the sample budget.
 TEST_F(Denoise, BrightLightHasAnExpectedError) {
-  const Words bright = {"--sun",    "30,0",      "--env-strength", "1e5",      "--driver",
-                        "adaptive", "--denoise", "--allocation",   "denoised", "--spp",
-                        "64"};
+  const Words bright = {"--sun",    "30,0",      "--env-strength", "1e5", "--driver",
+                        "adaptive", "--denoise", "--spp",          "64"};
   const RunResult result = render(words(bright));
   EXPECT_EQ(result.err.find("nan"), std::string::npos) << result.describe();
   const ExrPicture out = read_exr(path("out.exr"));

@@ -191,7 +191,6 @@ TEST_F(Plan, ReplacesOnlyPlans) {
 
 TEST_F(Plan, WhatCannotBePlannedIsRefused) {
   const std::pair<Words, Words> rows[] = {{{"--unbiased"}, {"--unbiased"}},
-                                          {{"--allocation", "denoised"}, {"denoised"}},
                                           {{"--estimator", "kajiya"}, {"kajiya"}},
                                           {{"--driver", "bucket"}, {"--driver adaptive"}}};
   for (const auto& [more, parts] : rows) {

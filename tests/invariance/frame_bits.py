@@ -27,8 +27,7 @@ OTHER_SETTINGS = (  # settings besides driver, sampler and estimator
     "--driver bisection --bisection-axis rows", "--driver bisection --bisection-axis columns",
     "--driver bisection --crop 5,3,31,29", "--driver adaptive --crop 5,3,31,29",
     "--driver adaptive --unbiased", "--driver adaptive --allocation mse",
-    "--driver adaptive --allocation relmse", "--driver adaptive --allocation denoised --spp 40",
-    "--driver adaptive --min-spp 4 --max-spp 32",
+    "--driver adaptive --allocation relmse", "--driver adaptive --min-spp 4 --max-spp 32",
     "--driver adaptive --streams 2", "--driver bucket --streams 2", "--threads 1 --driver adaptive",
 )
 

@@ -45,7 +45,7 @@ CASES = {
     "min-spp": ("8", {**ADAPTIVE, "noise-threshold": "0.1", "spp": None}, BOX),
     "max-spp": ("32", {**ADAPTIVE, "noise-threshold": "0.02", "spp": None}, BOX),
     "estimator": ("dammertz", {**ADAPTIVE, "noise-threshold": "0.1", "spp": None}, BOX),
-    "allocation": ("denoised", {**ADAPTIVE, "spp": "16"}, BOX),
+    "allocation": ("mse", {**ADAPTIVE, "spp": "24"}, BOX),
     "judge": ("RGB,A:0.02", {**ADAPTIVE, "noise-threshold": "0.1", "spp": None}, BOX),
     "unbiased": ("yes", {**ADAPTIVE, "spp": "16"}, BOX),
     "time-limit": ("1000", {}, BOX),

@@ -15,8 +15,6 @@ constexpr NamedValue<ErrorMetric> kMetrics[] = {
     {"display", "squared error of the displayed picture (sRGB)", ErrorMetric::kDisplay},
     {"mse", "squared error of linear radiance", ErrorMetric::kMse},
     {"relmse", "squared error divided by squared radiance", ErrorMetric::kRelMse},
-    {"denoised", "squared error of the displayed picture after denoising; turns on `denoise`",
-     ErrorMetric::kDenoised},
 };
 
 // The first row is the default.

@@ -36,8 +36,7 @@ struct ErrorMap {
 // The table of error metrics, used for --allocation, its --help and its error message. A metric
 // weights a channel's squared error by a function of the channel's value. The expected error is a
 // sum of weight x variance. The weight is 1 for mse, 1 / (mean^2 + epsilon) for relmse
-// (rel_mse_epsilon()), and display_error_weight() for display and denoised. For denoised, the
-// errors are those that remain after filtering (denoised_error.h).
+// (rel_mse_epsilon()), and display_error_weight() for display.
 std::span<const NamedValue<ErrorMetric>> error_metric_table();
 
 struct EstimatorSettings {

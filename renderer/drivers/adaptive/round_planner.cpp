@@ -61,8 +61,7 @@ uint32_t pilot_samples(const AdaptiveSettings& s, const EstimatorEntry& entry) {
     samples = std::clamp(s.budget / 8 / 8 * 8, kMinPilot, kMaxPilot);
   }
   // With fewer samples, the second half would have no samples.
-  if (s.two_halves || s.allocation == ErrorMetric::kDenoised)
-    samples = std::max(samples, kMaxPilot);
+  if (s.two_halves) samples = std::max(samples, kMaxPilot);
   if (s.budget > 0) samples = std::min(samples, s.budget);
   if (s.max_samples > 0) samples = std::min(samples, s.max_samples);
   return std::max(samples, 1u);
@@ -137,10 +136,10 @@ uint32_t RoundPlanner::round_seed() const {
   return settings_.unbiased && round_ > 0 ? hash_combine(seed_, uint32_t(round_)) : seed_;
 }
 
-void RoundPlanner::update(const FilmTile& film) { update(film, false, {}); }
+void RoundPlanner::update(const FilmTile& film) { update(film, std::stop_token()); }
 
 // Returns false if a stop was requested. Each step takes milliseconds for a large frame.
-bool RoundPlanner::update(const FilmTile& film, bool to_plan, const std::stop_token& stop) {
+bool RoundPlanner::update(const FilmTile& film, const std::stop_token& stop) {
   gather_statistics(film, &statistics_);
   if (stop.stop_requested()) return false;
   if (entry_.halves) {
@@ -151,20 +150,10 @@ bool RoundPlanner::update(const FilmTile& film, bool to_plan, const std::stop_to
   entry_.estimate(statistics_, {settings_.threshold, settings_.allocation}, &errors_);
   if (!judged_.is_default()) judged_.update(film, statistics_, halves_, &errors_);
   if (stop.stop_requested()) return false;
-  if (uses_denoised_error()) return update_denoised(film, to_plan, stop);
   if (entry_.rms_error) {
     error_estimate_ = averaged() ? frame_error(*averages_, statistics_.size(), errors_.missed)
                                  : frame_error(statistics_, errors_.missed);
   }
-  return true;
-}
-
-// Returns false if a stop was requested.
-bool RoundPlanner::update_denoised(const FilmTile& film, bool to_plan,
-                                   const std::stop_token& stop) {
-  const bool may_filter = to_plan && !is_budget_spent();
-  if (!denoised_.update(film, statistics_.count, may_filter, &errors_, stop)) return false;
-  if (denoised_.is_known()) error_estimate_ = root_mean_square(errors_.error);
   return true;
 }
 
@@ -246,7 +235,7 @@ bool RoundPlanner::is_budget_spent() const {
 }
 
 bool RoundPlanner::plan(const FilmTile& film, const std::stop_token& stop) {
-  interrupted_ = !update(film, true, stop);
+  interrupted_ = !update(film, stop);
   if (interrupted_) return false;
   ++round_;
   bool more = !is_budget_spent();
@@ -590,7 +579,6 @@ void RoundPlanner::archive(Archive& archive) {
   }
   archive.check(settings_.budget == 0 || total <= 2 * uint64_t(settings_.budget) * pixels);
   halves_.archive(archive, pixels);
-  if (uses_denoised_error()) denoised_.archive(archive, pixels);
   archive.array(errors_.error, pixels);
   archive.array(errors_.deviation, pixels);
   for (const auto* values : {&errors_.error, &errors_.deviation}) {
@@ -606,8 +594,8 @@ void RoundPlanner::archive(Archive& archive) {
 
 uint64_t RoundPlanner::bytes() const {
   // The statistics have twelve planes.
-  return halves_.bytes() + judged_.bytes() + denoised_.bytes() +
-         targets_.capacity() * sizeof(uint32_t) + 12 * statistics_.size() * sizeof(float) +
+  return halves_.bytes() + judged_.bytes() + targets_.capacity() * sizeof(uint32_t) +
+         12 * statistics_.size() * sizeof(float) +
          (errors_.error.capacity() + errors_.deviation.capacity() + rates_.capacity() +
           allocated_.capacity()) *
              sizeof(float) +

@@ -11,7 +11,6 @@
 
 #include "renderer/drivers/adaptive/adaptive_settings.h"
 #include "renderer/drivers/adaptive/allocation.h"
-#include "renderer/drivers/adaptive/denoised_error.h"
 #include "renderer/drivers/adaptive/error_estimator.h"
 #include "renderer/drivers/adaptive/judged_channels.h"
 #include "renderer/drivers/adaptive/round_averages.h"
@@ -111,9 +110,7 @@ class RoundPlanner {
   uint64_t bytes() const;
 
  private:
-  bool update(const FilmTile& film, bool to_plan, const std::stop_token& stop);
-  bool update_denoised(const FilmTile& film, bool to_plan, const std::stop_token& stop);
-  bool uses_denoised_error() const { return settings_.allocation == ErrorMetric::kDenoised; }
+  bool update(const FilmTile& film, const std::stop_token& stop);
   // Returns whether the rest of the budget is too small for a round.
   bool is_budget_spent() const;
   bool grow_pilot();
@@ -160,8 +157,7 @@ class RoundPlanner {
   const RoundAverages* averages_ = nullptr;
   PixelStatistics statistics_;
   JudgedChannels judged_;
-  SampleHalves halves_;     // used if the estimator needs halves
-  DenoisedError denoised_;  // used if the allocation is `denoised`
+  SampleHalves halves_;  // used if the estimator needs halves
   ErrorMap errors_;
   std::vector<float> rates_, allocated_;
   std::vector<SampleBounds> bounds_;

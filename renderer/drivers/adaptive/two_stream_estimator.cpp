@@ -266,7 +266,6 @@ void estimate_two_stream(const PixelStatistics& p, const EstimatorSettings& sett
   constexpr float kNormalization = 1.0f / (1.0f + kSpreadWeight);
   switch (settings.allocation) {
     case ErrorMetric::kDisplay:
-    case ErrorMetric::kDenoised:  // until there is a denoised picture
       return estimate_rows(
           p,
           [](float, float display, const Variances& v) {

@@ -136,7 +136,7 @@ PlannedMethod plan_method(const StudyOptions& options, const std::string& driver
                   (m.unbiased ? "-unbiased" : "");
   }
   o.denoise = denoise;
-  m.denoised = denoises(o);
+  m.denoised = o.denoise;
   if (several_samplers) m.name += "/" + sampler;
   if (denoise) {
     m.name += "+denoise";

@@ -161,7 +161,7 @@ uint64_t StudyRenderer::frame_bytes(const RenderOptions& options, size_t budgets
   const AovSet aovs = aovs_of(options);
   const std::vector<std::string> channels = film_channel_names(aovs);
   const uint64_t floats = channels.size() + budgets * kStudyPictureChannels;
-  const uint64_t filter = denoises(options) ? denoise_bytes(crop_, kStudyTile, channels) : 0;
+  const uint64_t filter = options.denoise ? denoise_bytes(crop_, kStudyTile, channels) : 0;
   return filter + bytes_of(pixels(), job_bytes_per_pixel(RenderPlan(options).drivers(), aovs) +
                                          floats * sizeof(float));
 }

@@ -95,7 +95,7 @@ TEST(SettingTable, ErrorsListTheValidValues) {
             "reconstruction: unknown reconstruction 'cubic'; valid names are duplicate, linear");
   EXPECT_EQ(message("allocation", "rmse"),
             "allocation: unknown allocation 'rmse' (did you mean 'mse'?); valid names are "
-            "display, mse, relmse, denoised");
+            "display, mse, relmse");
   for (const char* size : {"0", "5000"}) {
     EXPECT_EQ(message("bucket-size", size),
               "bucket-size: '" + std::string(size) + "' is not a whole number from 1 to 4096");

@@ -88,35 +88,27 @@ TEST(StudyPlan, FramesThatCannotBeLookedAtOnTheirWayAreSeparate) {
   for (const PlannedMethod& m : plan_study(options).methods) EXPECT_TRUE(m.separate);
 }
 
-// Each method appears again with denoising, but a method with the allocation for denoised pictures
-// appears only once.
+// Each method appears again with denoising.
 TEST(StudyPlan, DenoisedMethodsFollowTheRawOnes) {
   StudyOptions options;
   options.drivers = "bucket,adaptive";
-  options.estimators = "nested,nested/denoised";
+  options.estimators = "nested,nested/mse";
   options.denoise = true;
   StudyPlan plan = plan_study(options);
-  EXPECT_EQ(names(plan),
-            (std::vector<std::string>{"bucket", "bucket+denoise", "adaptive/nested",
-                                      "adaptive/nested+denoise", "adaptive/nested/denoised"}));
+  EXPECT_EQ(names(plan), (std::vector<std::string>{"bucket", "bucket+denoise", "adaptive/nested",
+                                                   "adaptive/nested+denoise", "adaptive/nested/mse",
+                                                   "adaptive/nested/mse+denoise"}));
   EXPECT_EQ(plan.baseline, "bucket");
   std::set<std::string> ids;
   for (const PlannedMethod& m : plan.methods) {
     EXPECT_TRUE(m.separate) << m.id;
     const std::string& name = m.method.name;
-    EXPECT_EQ(m.method.denoised, name.ends_with("+denoise") || name.ends_with("/denoised")) << m.id;
+    EXPECT_EQ(m.method.denoised, name.ends_with("+denoise")) << m.id;
     EXPECT_EQ(aovs_of(m.options).contains(Aov::kDenoising), m.method.denoised) << m.id;
     EXPECT_EQ(m.unsupported_reason, "") << m.id;
     ids.insert(m.id);
   }
-  EXPECT_EQ(ids.size(), 5u);
-  options.denoise = false;
-  plan = plan_study(options);
-  EXPECT_EQ(names(plan),
-            (std::vector<std::string>{"bucket", "adaptive/nested", "adaptive/nested/denoised"}));
-  EXPECT_TRUE(plan.methods[2].method.denoised);
-  options.estimators = "nested/denoised/unbiased,two-stream";
-  EXPECT_NE(plan_study(options).methods[1].unsupported_reason.find("unbiased"), std::string::npos);
+  EXPECT_EQ(ids.size(), 6u);
 }
 
 TEST(StudyPlan, SamplersThatTakePowersOfTwoGetThem) {
