@@ -23,7 +23,7 @@ constexpr double kMaxTransforms = 1e5;
 constexpr int kMaxDepth = 200;
 // Studio tables have about ten megabytes.
 constexpr uint64_t kMaxTableBytes = uint64_t(64) << 20;
-// Each alias can triple the size of the parsed config. Studio configs have no aliases.
+// Each YAML alias can triple the size of the parsed config. Studio configs have none.
 constexpr int kMaxAliases = 16;
 
 class ConfigChecker {

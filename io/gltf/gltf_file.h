@@ -77,7 +77,7 @@ class GltfFile {
   SceneDescription pose(const GltfOptions& pose_options, std::span<const uint64_t> held = {},
                         LoadProgress& progress = LoadProgress::none());
 
-  // These are numbers of reserved bytes, which the caller must return to the budget.
+  // Bytes that are reserved in the budget. The caller must release them.
   uint64_t image_bytes() const;       // for all images so far
   uint64_t static_bytes() const;      // for meshes with keys in the latest pose
   uint64_t new_static_bytes() const;  // the part of static_bytes() for meshes that were not held

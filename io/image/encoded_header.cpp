@@ -281,8 +281,8 @@ ImageHeader read_hdr_header(const ByteSource& source, const std::string& place) 
   const bool mirrored = second->sign == '-', upwards = first->sign == '+';
   header.orientation = columns ? 5 : upwards ? (mirrored ? 3 : 4) : (mirrored ? 2 : 1);
   header.pixel_offset = reader.offset();
-  // A row either has four bytes per pixel, or it has four bytes followed by runs of at most 127
-  // pixels for each of the four channels.
+  // A row has at least four bytes per pixel, or four bytes and then two for each run of up to 127
+  // pixels in each of the four channels.
   const int64_t row = std::min(4 * header.width, 4 + 8 * ((header.width + 126) / 127));
   check_pixels_fit(header, double(row) * double(header.height), source.size, place);
   return header;

@@ -83,8 +83,9 @@ class FloatImageRows {
   // The header's text attributes that begin with "emberline" or "cryptomatte/".
   const std::vector<std::pair<std::string, std::string>>& text_attributes() const;
   const ExrView& view() const;
-  int tile_size() const;     // the tiles' height; 64 for an image that is stored in rows
-  int rows_at_once() const;  // `rows` must be a multiple of this number, or all remaining rows
+  int tile_size() const;  // the tiles' height; 64 for an image that is stored in rows
+  // The number of rows that read() reads must be a multiple of this, or all remaining rows.
+  int rows_at_once() const;
   // Reads the next `rows` rows, with interleaved channels. Throws InputError.
   void read(int rows, std::vector<float>& values);
 

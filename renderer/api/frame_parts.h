@@ -1,5 +1,5 @@
-// Assembles what the library needs for a frame: the command's options, and the lights and mattes in
-// the scene's current pose and with its edits.
+// Assembles what the library needs for a frame: the options of the equivalent command, and the
+// lights and mattes of the scene as posed and edited.
 #pragma once
 
 #include <optional>

@@ -29,7 +29,6 @@ int CommandFrame::replay() {
   const int x = int(numbers[0]), y = int(numbers[1]);
   const auto sample = uint32_t(numbers[2]);
   const auto [value, ray, rays] = job_->replay(x, y, sample);
-  // %a prints numbers exactly, so that two replays can be compared bit by bit.
   std::string text;
   const auto out = std::back_inserter(text);
   fmt::format_to(out, "pixel {},{} sample {} seed {}\n", x, y, sample, frame.seed);
@@ -39,6 +38,7 @@ int CommandFrame::replay() {
   if (frame.moves()) {
     fmt::format_to(out, "time {:.9g} (0: the shutter opens, 1: it closes)\n", ray.time);
   }
+  // {:a} prints numbers exactly, so that two replays can be compared bit by bit.
   fmt::format_to(out, "radiance {:.9g} {:.9g} {:.9g} ({:a} {:a} {:a})\n", value.radiance.x,
                  value.radiance.y, value.radiance.z, value.radiance.x, value.radiance.y,
                  value.radiance.z);

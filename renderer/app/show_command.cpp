@@ -101,8 +101,8 @@ struct GreyRange {
 };
 
 // Returns the layer's least and greatest values, or 0 and 1 if all values are between 0 and 1. If
-// all values are equal and not between 0 and 1, returns 0 and that value, the smaller as black.
-// Ignores values that are not finite, and magnitudes of 1e10 or more (the background's depth).
+// all values are equal and outside [0, 1], the range extends to 0. Ignores values that are not
+// finite, and magnitudes of 1e10 or more (the background's depth).
 GreyRange grey_range(const ShowOptions& options, const LoadProgress& progress,
                      const ImageLayer& layer) {
   constexpr float kBackground = 1e10f;  // depth that Emberline and Blender write for the background

@@ -181,7 +181,7 @@ void add_study_choices(CLI::App* app, StudyOptions& o) {
   add_text(app, "--cache", o.cache, "DIR",
            {.section = H::kStudy,
             .full = "Keep rendered references in this folder.",
-            .fallback = "the folder reference inside the results folder"})
+            .fallback = "`reference` in the results folder"})
       ->excludes(reference);
   add_flag(app, "--restart", o.restart,
            {.section = H::kStudy, .full = "Discard the runs that the folder already has."});

@@ -24,7 +24,7 @@ CameraDescription framing_camera(const WorldBounds& bounds, double aspect);
 double lens_radius(double f_stop, double fov_y_radians);
 
 // Returns the camera-to-world matrix of a view from `from` towards `at`. If `up` is parallel to the
-// view, +Y replaces `up`. If the view is vertical as well, the right of the image is +X. Throws
+// view, +Y replaces it. If +Y is parallel to the view, too, the image's right is +X. Throws
 // UsageError if `from` and `at` coincide.
 Mat44d look_at_matrix(const Vec3d& from, const Vec3d& at, const Vec3d& up = Vec3d(0.0, 1.0, 0.0));
 

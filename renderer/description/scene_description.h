@@ -155,8 +155,8 @@ inline bool emits(const MaterialDescription& material) {
   return !material.unlit && (positive(e.x) || positive(e.y) || positive(e.z));
 }
 
-// Returns whether the material's textures or parameters use tangent space, even if their factor is
-// 0. If so, load_gltf computes tangents for meshes with this material.
+// Returns whether the material is anisotropic or has a texture in tangent space, even with a factor
+// of 0. If so, load_gltf computes tangents for meshes with this material.
 inline bool has_tangent_space(const MaterialDescription& material) {
   return material.normal_texture.image >= 0 || material.clearcoat_normal_texture.image >= 0 ||
          material.anisotropy_texture.image >= 0 || material.anisotropy > 0.0f;

@@ -19,7 +19,7 @@ std::unique_ptr<FrameDriver> bisection_driver(const Frame& frame, const Rect& cr
 // rounds, on average for half the time that a part takes.
 size_t bisection_round_end(const BisectionPass& pass, size_t first, uint64_t frame_pixels);
 
-// Returns the maximum number of pixels in a part of the pass. It is a power of two.
+// Returns the maximum number of pixels in a part of a pass with these samples, a power of two.
 uint64_t bisection_part_pixels(const SampleRange& samples, uint64_t frame_pixels);
 
 }  // namespace emberline

@@ -314,8 +314,8 @@ std::vector<Setting> channel_settings() {
           {.section = H::kParts,
            .full = "Give each pixel the number of samples that `emberline plan` wrote to this "
                    "file. Crops and parts of the frame then have the pixels of the whole frame. "
-                   "The scene and all settings that decide about samples must be those of the "
-                   "plan.",
+                   "The scene and all settings that affect samples must be as they were when the "
+                   "plan was made.",
            .example = "--driver adaptive --plan frame.plan --part 3/8"}),
       part(),
       sample_range(),

@@ -270,7 +270,7 @@ constexpr ChannelRow kRows[] = {
      .add = add_first_hit<&FirstHit::ambient_visibility>,
      .background = 1.0f},
     // These rows are not in film_channels(); in a picture, their channels follow those of the film.
-    // The scene names the channels of the first two rows.
+    // The channels of the first two rows depend on the scene's light groups and on `cryptomatte`.
     {.name = "light",
      .components = kRgb,
      .kind = Kind::kMean,

@@ -33,8 +33,8 @@ ImageLayer find_picture(const FloatImage& file, const std::string& path,
   return {"", {colour.first, colour.first + 1, colour.first + 2}, -1, true};
 }
 
-// Returns the name of the layer of the reference with which `layer` is compared; "" if this is the
-// reference's picture.
+// Returns the name of the reference's layer with which `layer` is compared, or "" for its R, G and
+// B.
 std::string reference_layer(const FloatImage& file, const std::string& path,
                             const std::string& layer) {
   const auto has = [&](const std::string& name) {

@@ -359,7 +359,8 @@ KindFactors LightSurvey::factors(std::span<const SurfacePoint> places,
   return min_noise < kMaxNoiseRatio * noise(places, squares, {}) ? best : KindFactors{};
 }
 
-// Stores root mean squares, since these are the optimal sampling weights of the tiles.
+// Sets each tile's `visibility` to the root mean square of cosine times transmittance over the
+// places, which is its optimal sampling weight.
 void LightSurvey::measure_visibility(const EnvironmentGuide& guide,
                                      std::span<const SurfacePoint* const> places, Rng rng,
                                      std::span<float> visibility) const {

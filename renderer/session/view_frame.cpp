@@ -324,7 +324,7 @@ std::string ViewFrame::draw(const std::shared_ptr<const Grading>& grading,
     }
   }
   if (const HeatmapQuantity* quantity = overlay_quantity(overlay)) {
-    // If this frame lacks the channel, a frame that has it will follow.
+    // A frame without the channel shows the plain picture; a frame that has it will follow.
     if (!quantity->aov || prepared_.plan.aovs.contains(*quantity->aov)) {
       const FilmCopy film = copy();
       const std::vector<std::string> names = film_channel_names(film.aovs);

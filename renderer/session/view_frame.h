@@ -112,7 +112,7 @@ class ViewFrame final : private RenderSink {
   void update_buckets();
   bool is_time_over(double now_s) const;
   void check_time_limit();
-  double seconds() const;  // time since the start, without waiting at pauses
+  double seconds() const;  // time since the start, excluding pauses
   bool is_picture_due() const;
   bool is_due_by_time(double now_s) const;
   void publish_picture();

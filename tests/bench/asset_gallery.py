@@ -51,7 +51,7 @@ NOTES = {
     "lights_four_kinds": "KHR_lights_punctual: a red point, green and blue spots and a cyan sun; the preview divides them by 683.",
     "ktx2_balloon": "KHR_texture_basisu: the preview has no such textures.",
     "anisotropy_strength": "KHR_materials_anisotropy: reflections grow along the horizontal tangents; the preview has no anisotropy.",
-    "specular_test": "KHR_materials_specular: factor 0 reflects nothing and yellow is yellow; the preview ignores factor, colour and > 1.",
+    "specular_test": "KHR_materials_specular: factor 0 reflects nothing, and a yellow colour reflects yellow; the preview ignores both.",
     "low_poly_jungle": "KHR_materials_specular: a black specular colour undoes index 1000; the preview keeps its mirror (white leaves).",
     "transmission_roughness": "KHR_materials_transmission: rough glass keeps its energy; the preview's darkens (top right).",
     "emission_strength": "emissiveTexture x emissiveFactor x emissiveStrength: all of the last eight are textured; the preview drops some.",

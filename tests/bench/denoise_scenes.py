@@ -57,8 +57,8 @@ def main():
     args.work.mkdir(exist_ok=True)
     counts = [int(n) for n in args.counts.split(",")]
     gains = {n: [] for n in counts}
-    print("| scene | samples | relMSE, raw | denoised | gain | trimmed | displayed | FLIP | SSIM | light, raw "
-          "| denoised | estimate : truth | blocks | left |")
+    print("| scene | samples | relMSE, raw | denoised | gain | trimmed | displayed | FLIP | SSIM | bias, raw "
+          "| denoised | estimate : truth | blocks covered | unchanged |")
     print("| --- |" + " ---: |" * 13)
     for name, scene in render_arguments(args).items():
         reference = frame(args, name, scene, args.reference, 21)

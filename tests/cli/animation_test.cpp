@@ -192,7 +192,7 @@ TEST_F(AnimationOption, VanishedSceneShowsTheEnvironment) {
   const RunResult result = run(frames);
   ASSERT_EQ(result.exit_code, 0) << result.describe();
   EXPECT_NE(result.err.find("1 objects scaled to zero"), std::string::npos) << result.describe();
-  // The triangle is in the first frame and not in the second, which must equal an empty scene's.
+  // Only the first frame shows the triangle. The second must show the sky, as an empty scene does.
   use(GltfBuilder());
   const RunResult empty = run({"render", path("scene.glb"), "--size", "8x8", "--spp", "4", "--sun",
                                "60,30", "-o", path("empty.exr")});

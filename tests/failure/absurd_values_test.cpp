@@ -18,7 +18,7 @@ class Absurd : public testing::Test {
  protected:
   Absurd() { gltf_.add_triangle(); }
   // The limit leaves room for the program, but not for an allocation whose size is an unchecked
-  // count. The bad_alloc of such an allocation would say "memory".
+  // count. Such an allocation would give the error "not enough memory", which lacks `parts`.
   void expect_error(const std::vector<std::string>& parts) {
     const MemoryLimit limit(uint64_t(4) << 30);
     expect_input_error(gltf_, parts);

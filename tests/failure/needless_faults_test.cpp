@@ -60,7 +60,7 @@ TEST_F(NeedlessFault, CyclesOutsideTheScene) {
   add_outside({{"children", {2}}});
   add_outside({{"children", {1}}});
   warned({"#/nodes/", "a cycle of nodes"});
-  // Listing all nodes must also end.
+  // With all nodes listed, loading must end as well.
   const SceneDescription scene = warned({"a cycle of nodes"}, {.nodes = true});
   ASSERT_EQ(scene.nodes.size(), 3u);
   EXPECT_EQ(scene.nodes[1].root, 1);

@@ -217,7 +217,7 @@ def baked_primitive(file, node, primitive, worlds, weights, add):
 
 
 def bake(file, path):
-    """Writes the file in the pose of its nodes, without transforms, skins and morph targets. Returns its bounds."""
+    """Writes the file with transforms, skins and morph targets baked into the vertices. Returns the bounds."""
     data, root = bytearray(), dict(file.json)
     low, high = [math.inf] * 3, [-math.inf] * 3
     root["accessors"], root["bufferViews"] = list(root["accessors"]), list(root["bufferViews"])

@@ -77,7 +77,7 @@ TEST_F(VarianceChannel, OfHalvesEqualsGainOfLastDoubling) {
   }
 }
 
-// Here the planner distributes a budget.
+// With a budget, the pixels end at different sample counts.
 TEST_F(VarianceChannel, OfBudgetIsOneToTwoTimesTheTruth) {
   for (const uint32_t budget : {32u, 128u}) {
     SCOPED_TRACE(budget);

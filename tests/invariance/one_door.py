@@ -43,7 +43,8 @@ def main(root):
                 if found.group(0) in ALLOWED.get(name, ()):
                     used.add((name, found.group(0)))
                     continue
-                failures.append(f"{name}:{number}: opens a file by itself: {found.group(0)}")
+                failures.append(f"{name}:{number}: {found.group(0)} opens a file; use io/files/input_file.h or "
+                                "io/files/atomic_file.h")
     for name, words in ALLOWED.items():
         failures += [f"{name}: no longer has {w}; take it out of ALLOWED"
                      for w in words if (name, w) not in used]

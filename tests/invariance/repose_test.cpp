@@ -133,7 +133,7 @@ TEST_F(Repose, TheAnimationIsSeen) {
   }
 }
 
-// The animations of one file alternate. Nodes that rest in one animation move in the next.
+// Switches between animations of one file. Nodes at rest in one animation move in the next.
 TEST_F(Repose, TakesAnotherAnimation) {
   PosedScene posed(at("box", {0.5}));
   for (const char* animation : {"camera", "all that moves", "vanishing", "box"}) {

@@ -90,9 +90,9 @@ TEST(BadTexels, StayWhereTheyAre) {
   }
 }
 
-// Reads environment maps from files whose texels are 1, except for six. In one file the six texels
+// Reads environment maps from files whose components are 1, except for six. In one file the six
 // are NaN, infinite or negative. They become 0 and are counted, and the picture equals that of the
-// other file, in which the six texels are 0.
+// other file, in which the six are 0.
 TEST(BadTexels, InAnEnvironmentAreCountedAndBlack) {
   const TempFolder folder;
   const float nan = std::numeric_limits<float>::quiet_NaN();

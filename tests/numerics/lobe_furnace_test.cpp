@@ -195,8 +195,9 @@ bool is_known_failure(bool is_clear, bool inside, double alpha, double mu) {
   return inside && alpha == 1 && (mu == .01 || (mu == 1 && is_clear));
 }
 constexpr char kFailureReason[] =
-    "the refraction table's interpolation at total reflection; four times the nodes, twice the "
-    "roughnesses and indices make it 2.7 times better and 17 times slower to build (184 ms)";
+    "the refraction table's interpolation at total reflection; four times the cosines, twice the "
+    "roughnesses and indices of refraction cut the error 2.7 times and take 17 times as long to "
+    "build (184 ms)";
 
 void expect_face(bool is_clear, bool inside, double alpha, double mu, double exact) {
   const CaseName name = {"1", std::string(is_clear ? "solid, clear, " : "solid, black, ") +

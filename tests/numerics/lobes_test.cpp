@@ -66,7 +66,8 @@ TEST(Lobes, AreReciprocal) {
     const CaseName name{"28", std::string("largest asymmetry, ") + lobe.name};
     const std::string replay = "TestRandom(28, pair)";
     if (lobe.parameters.transmission > 0) {
-      // The asymmetry is at most (E(o) - E(i)) / (E(o) + E(i)) of two albedos, far below 1.
+      // The asymmetry is at most |E(o) - E(i)| / (E(o) + E(i)), where E is the
+      // albedo that scales the lobe, and far below 1.
       expect_known_failure(name, {0, worst, 0, 1e-4}, .3,
                            "transmission is scaled by its albedo at wo alone (Turquin 2019): white "
                            "in a furnace, at the price of reciprocity",

@@ -154,7 +154,8 @@ TEST(PunctualLight, Directional) {
     const Receiver r;
     const RenderSettings s = direct_light_settings(16);
     const double exact = 7 * std::max(0.0, cosine);
-    // Float rounds the direction by 6e-8. So it rounds a cosine of .01 by 6e-6 of its value.
+    // Rounding the direction to float changes it by 6e-8, and so a cosine of .01 by 6e-6 of its
+    // value.
     expect_case({"10", "directional, cosine " + format_value(cosine)},
                 measured_irradiance(lit(lamp(PunctualType::kDirectional, {3, 4, 5}, axis, 7), r, s),
                                     exact, 1e-5 * exact),

@@ -96,7 +96,7 @@ inline void expect_irradiance(const LightSampler& lights, const LightQuery& quer
                               double relative = 1e-5) {
   const Moments m = estimate(lights, query, samples, 77);
   EXPECT_NEAR(m.mean(), exact, 5.5 * m.standard_error() + relative * exact)
-      << what << ": replay with TestRandom(77, draw), standard error " << m.standard_error();
+      << what << ": replay with seed 77, standard error " << m.standard_error();
 }
 
 inline double exact_irradiance(const Triangles& triangles, const LightQuery& query) {

@@ -1,4 +1,5 @@
-// Synthetic pictures for the tests of the denoiser: a known truth, and two halves of samples of it.
+// Synthetic pictures for the tests of the denoiser: a known truth, and noisy samples of it in two
+// halves.
 #pragma once
 
 #include <cmath>

@@ -29,7 +29,7 @@ def bare_controls(folder):
 def main():
     folder = pathlib.Path(sys.argv[1])
     faults = list(bare_controls(folder))
-    # Without these files, the test would find nothing and pass.
+    # In a wrong folder, the test would find nothing and pass.
     if not WITH_TOOLTIPS <= {path.name for path in folder.rglob("*.cpp")}:
         faults.append(f"{folder}: panels/widgets.cpp was not found")
     for fault in faults:

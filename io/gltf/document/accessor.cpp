@@ -60,9 +60,8 @@ void for_each_sparse(const GltfDocument& document, const GltfAccessor& accessor,
   for (size_t i = 0; i < sparse.count; ++i) {
     const uint32_t element = read_unsigned(indices + i * index_size, sparse.index_type);
     if (element >= accessor.count) {
-      throw InputError(place,
-                       "a sparse index of its accessor is {}, but the accessor has {} elements",
-                       element, accessor.count);
+      throw InputError(place, "its accessor has a sparse index {}, but only {} elements", element,
+                       accessor.count);
     }
     visit(element, values + i * element_size);
   }

@@ -182,7 +182,8 @@ void NodeGraph::link(size_t node, size_t k) {
   throw InputError(place, "node {} already has another parent, node {}", linked, parent);
 }
 
-// If two nodes outside the scene claim the same child, the child is broken as well.
+// A node with a bad link is broken. If the link would give a node outside the scene a second
+// parent, that node is broken, too.
 void NodeGraph::link_outside(size_t node, size_t k) {
   try {
     link(node, k);

@@ -38,10 +38,10 @@ enum class SampleParts {
 
 class SampleHalves {
  public:
-  // `more` is the number of values of a pixel, besides R G B, whose parts are also compared.
+  // Besides R G B, `more` values of each pixel are also compared between the two parts.
   explicit SampleHalves(SampleParts parts, size_t more = 0)
       : parts_(parts), mean_(3 + more), difference_(3 + more) {}
-  // Writes the present means of these values of pixel i. Called concurrently.
+  // Writes the current means of these further values of pixel i. Called concurrently.
   using ReadMeans = std::function<void(size_t i, float* means)>;
 
   // Reads the statistics of a crop; all calls must be for the same crop. Replaces each stream

@@ -14,11 +14,11 @@ namespace emberline {
 
 // All times are in seconds on the same clock.
 struct MeasuredEdit {
-  uint64_t number = 0;   // RenderSession::edit()
-  std::string what;      // such as "orbit" or "roughness"
-  double input_s = 0.0;  // time of the input
-  std::optional<double> filled_s,
-      complete_s;  // when a filled and a complete SessionPicture first showed the edit
+  uint64_t number = 0;               // RenderSession::edit()
+  std::string what;                  // such as "orbit" or "roughness"
+  double input_s = 0.0;              // time of the input
+  std::optional<double> filled_s;    // when a filled SessionPicture first showed the edit
+  std::optional<double> complete_s;  // when a complete one first did
 };
 
 class EditLatency {

@@ -91,7 +91,7 @@ TEST(CoverageKey, SurfacesAndPlacesAreIndependent) {
     EXPECT_LT(b.variance, 1.1 * 64 * (1 / 8.0) * (7 / 8.0)) << name;
     const Count e = count(name, StreamCount::kOne, either_half, 5);
     expect_mean(e, kSampleCount / 2.0, name);
-    EXPECT_LT(e.variance, 1.3 * 64 / 4.0) << name;  // blocks of 8 make the factor 8/7
+    EXPECT_LT(e.variance, 1.3 * 64 / 4.0) << name;  // blocks of 8 raise it to 8/7 of 64 / 4
     const Count c = count(name, StreamCount::kOne, corner, 6);
     expect_mean(c, kSampleCount / 16.0, name);
     const Count s = count(name, StreamCount::kOne, same, 7);

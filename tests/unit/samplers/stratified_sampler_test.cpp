@@ -1,5 +1,5 @@
-// Tests jitter: one sample per cell for any count, with the spectrum and the orders of convergence
-// in the papers. Thresholds have a false-alarm rate of about 1e-6 per assertion. Seeds are fixed.
+// Tests jitter: one sample per cell for any count, with the published spectrum and orders of
+// convergence. Thresholds have a false-alarm rate of about 1e-6 per assertion. Seeds are fixed.
 #include "samplers/stratified_sampler.h"
 
 #include <gtest/gtest.h>

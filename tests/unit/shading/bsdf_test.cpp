@@ -52,7 +52,7 @@ TEST(SpecularAlbedo, AveragesMatchTheTable) {
     const SpecularAlbedo table(roughness);
     double loss = 0, schlick = 0;
     const int n = 20000;
-    for (int i = 0; i < n; ++i) {  // mu = t^3 puts nodes where smooth surfaces lose energy
+    for (int i = 0; i < n; ++i) {  // mu = t^3 is dense near 0, where smooth surfaces lose energy
       const double t = (i + 0.5) / n, mu = t * t * t;
       const SpecularAlbedo::Value value = table.at(float(mu));
       loss += double(value.loss) * 2 * mu * 3 * t * t / n;

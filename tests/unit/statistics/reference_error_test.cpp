@@ -65,7 +65,7 @@ TEST(ReferenceError, TheTruthHasHardlyAnyErrorOnTheDisplay) {
   StudyReference reference;
   halves.set_noise(&reference);
   const StudyError error = halves.measure(picture(3, 0));
-  // The mean of the products has a deviation of twice the noise over sqrt(9216).
+  // The mean of 9216 products has a standard deviation of 2 / sqrt(9216) = .02 times the noise.
   EXPECT_NEAR(error.display_mse, 0, 0.15 * reference.noise_display_mse);
   EXPECT_NEAR(error.mse, 0, 0.15 * reference.noise_mse);
   EXPECT_NEAR(error.rel_mse, 0, 0.5 * reference.noise_rel_mse);

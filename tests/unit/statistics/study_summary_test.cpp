@@ -132,7 +132,8 @@ TEST(StudySummary, SpeedupOfAKnownFactor) {
         1 / 3.0, 1e-9);
     EXPECT_NEAR(equal_position_error_ratio(r, 1, StudyMetric::kMse, StudyAxis::kCpu, budget)->value,
                 2 / 3.0, 1e-9);
-    // The baseline needs 3, 6, 12 and 24 samples. The last two lie beyond its 8 samples.
+    // To match the method at 1, 2, 4 and 8 samples, the baseline needs 3, 6, 12 and 24. It has at
+    // most 8.
     EXPECT_EQ(samples.extrapolated, budget >= 2 ? 4u : 0u);
     EXPECT_NEAR(equal_error_speedup(r, 0, StudyMetric::kMse, StudyAxis::kCpu, budget)->ratio.value,
                 1, 1e-9);

@@ -220,7 +220,8 @@ SamplePixel sample_until(VarianceRule rule, uint32_t batch, const Light& light, 
 }
 
 struct Loss {
-  double bias, tolerance;  // relative and signed bias of the mean; five standard errors
+  double bias;       // of the mean, relative and signed
+  double tolerance;  // five standard errors of the bias
 };
 
 Loss measure_loss(VarianceRule rule, uint32_t batch, const Light& light, uint64_t seed) {

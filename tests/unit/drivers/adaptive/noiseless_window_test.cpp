@@ -1,5 +1,5 @@
-// Tests windows under a threshold whose first samples show no noise. There may be none, or the
-// samples may be too few. The frames are synthetic.
+// Tests windows whose first samples show no noise, because there is none or because the samples are
+// too few. The frames are synthetic and have a threshold.
 #include <gtest/gtest.h>
 
 #include "support/long_tests.h"

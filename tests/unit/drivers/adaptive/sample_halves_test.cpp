@@ -64,7 +64,7 @@ TEST(SampleHalves, KeepsTheLastDifferenceBetweenSteps) {
   EXPECT_NEAR(before, 4.0 * 8, 1e-5);
   pixel.add(8, 100);
   EXPECT_NEAR(pixel.variance(), before, 1e-4);
-  // A part ends at 48 samples: the first 32 samples have the mean 2, and the next 16 have the mean
+  // At 48 samples the parts are compared again: the first 32 have the mean 2, the next 16 the mean
   // 62.
   pixel.add(8, 24);
   EXPECT_NEAR(pixel.variance(), 60.0 * 60 * 32 * 16 / 48, 1);

@@ -1,4 +1,5 @@
-// Compares the thin film with sums over wavelengths, both of its own model and of the exact model.
+// Compares the thin film with two sums over wavelengths: one of the same model, one of the exact
+// model.
 #include "renderer/shading/lobes/thin_film.h"
 
 #include <gtest/gtest.h>

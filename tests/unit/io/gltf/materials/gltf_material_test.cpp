@@ -141,7 +141,7 @@ TEST_F(GltfMaterial, TextureTransform) {
                              .base_color_texture;
   EXPECT_EQ(ref.uv_set, 1);
   const double u = 0.3, v = 0.7, c = std::cos(angle), s = std::sin(angle);
-  const double x = 2 * u, y = 3 * v;  // scaled, then rotated, then moved
+  const double x = 2 * u, y = 3 * v;  // scaled; rotated and moved below
   const auto& m = ref.uv_transform;
   EXPECT_NEAR(m[0] * u + m[1] * v + m[2], c * x + s * y + 0.25, 1e-6);
   EXPECT_NEAR(m[3] * u + m[4] * v + m[5], -s * x + c * y + 0.5, 1e-6);
