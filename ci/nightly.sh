@@ -26,7 +26,7 @@ checkpoints() {
 bombs() { tests/failure/bombs.py $program; }
 # Tests that measure time, stop a render, or watch one.
 timed='Stop|Signal|AtOnce|TimeLimit|Timeout|OutOfTime|TimesAddUp|FirstSample|Snapshots|WantedPicture|Abandoned'
-timed+='|Watched|WaitFor|Tev|Viewer|Session|Forecast|python_threads|farm_|session_|pictures_test|^window$'
+timed+='|Watched|StaticParts|WaitFor|Tev|Viewer|Session|Forecast|python_threads|farm_|session_|pictures_test|^window$'
 # Repeats the tests that depend on timing. Meanwhile, every core is busy with other work.
 repeat() {
   local busy=() status=0
