@@ -80,6 +80,7 @@ class BisectionDriver final : public FrameDriver {
       : crop_(crop),
         seed_(frame.seed),
         is_open_(frame.time_budget_s > 0),
+        complete_stop_(frame.complete_stop()),
         samples_per_pixel_(frame.samples_per_pixel),
         axis_(settings.bisection_axis),
         reconstruction_(settings.reconstruction),
@@ -139,8 +140,7 @@ class BisectionDriver final : public FrameDriver {
   }
 
   PixelStop current_stop(const FilmTile& film, int x, int y) const override {
-    return film.sample_count(x, y) < samples_per_pixel_ ? PixelStop::kUnfinished
-                                                        : PixelStop::kBudget;
+    return film.sample_count(x, y) < samples_per_pixel_ ? PixelStop::kUnfinished : complete_stop_;
   }
 
   void resolve(const FilmTile& film, std::span<float> rgba, const LightMix* mix) const override {
@@ -149,7 +149,7 @@ class BisectionDriver final : public FrameDriver {
   }
 
   void end(FilmTile& film, PixelStop interrupted) override {
-    film.mark_stops(samples_per_pixel_, interrupted);
+    film.mark_stops(samples_per_pixel_, complete_stop_, interrupted);
   }
 
   DriverFacts facts() const override {
@@ -209,6 +209,7 @@ class BisectionDriver final : public FrameDriver {
   const Rect crop_;
   const uint32_t seed_;
   const bool is_open_;  // the frame has a time budget
+  const PixelStop complete_stop_;
   uint32_t samples_per_pixel_;
   const BisectionAxis axis_;
   const Reconstruction reconstruction_;

@@ -11,6 +11,7 @@
 #include "renderer/film/channels.h"
 #include "renderer/film/clamped_light.h"
 #include "renderer/film/film_extras.h"
+#include "renderer/film/pixel_stop.h"
 #include "samplers/sampler.h"
 
 namespace emberline {
@@ -106,6 +107,10 @@ struct Frame {
 
   int half_of(uint32_t sample) const {
     return streams == StreamCount::kTwo ? int(sample / half_block & 1u) : 0;
+  }
+  // Returns the stop of a pixel that has all its samples.
+  PixelStop complete_stop() const {
+    return time_budget_s > 0 ? PixelStop::kTimeBudget : PixelStop::kBudget;
   }
   // Returns whether the scene or the camera moves, so that samples have a time.
   bool moves() const;

@@ -18,6 +18,7 @@ class FixedCountDriver final : public FrameDriver {
       : pixels_(pixels),
         seed_(frame.seed),
         samples_per_pixel_(frame.samples_per_pixel),
+        complete_stop_(frame.complete_stop()),
         plan_(std::move(plan)) {}
 
   std::optional<Round> next(FilmTile&, const std::stop_token&) override {
@@ -52,17 +53,17 @@ class FixedCountDriver final : public FrameDriver {
   }
 
   PixelStop current_stop(const FilmTile& film, int x, int y) const override {
-    return film.sample_count(x, y) < count(x, y) ? PixelStop::kUnfinished : PixelStop::kBudget;
+    return film.sample_count(x, y) < count(x, y) ? PixelStop::kUnfinished : complete_stop_;
   }
 
   void end(FilmTile& film, PixelStop unfinished_stop) override {
-    if (!plan_) return film.mark_stops(samples_per_pixel_, unfinished_stop);
+    if (!plan_) return film.mark_stops(samples_per_pixel_, complete_stop_, unfinished_stop);
     for (int y = pixels_.y0; y < pixels_.y1; ++y) {
       for (int x = pixels_.x0; x < pixels_.x1; ++x) {
         const uint32_t samples = film.sample_count(x, y);
         film.set_stop(x, y,
                       samples == 0             ? PixelStop::kNone
-                      : samples == count(x, y) ? PixelStop::kBudget
+                      : samples == count(x, y) ? complete_stop_
                                                : unfinished_stop);
       }
     }
@@ -78,6 +79,7 @@ class FixedCountDriver final : public FrameDriver {
 
   const Rect pixels_;
   const uint32_t seed_, samples_per_pixel_;
+  const PixelStop complete_stop_;
   const std::shared_ptr<const SamplePlan> plan_;
   bool begun_ = false;
   int rows_ = 0;  // number of complete rows

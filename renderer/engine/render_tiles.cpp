@@ -45,18 +45,23 @@ class SilentSink final : public RenderSink {
 };
 
 // Limits the seconds per work to a range around their median, because a pause of the thread may
-// have made one of these short measurements a hundred times too long.
-void limit_paces(std::span<const double> work, std::span<double> seconds) {
+// have made one of these short measurements a hundred times too long. Returns how many times less
+// the sum of the seconds is then: on a busy machine, threads often pause.
+double limit_paces(std::span<const double> work, std::span<double> seconds) {
   constexpr double kRange = 3;
   std::vector<double> paces(work.size());
   for (size_t i = 0; i < work.size(); ++i) paces[i] = work[i] > 0 ? seconds[i] / work[i] : 0;
-  if (paces.empty()) return;
+  if (paces.empty()) return 1.0;
   const auto middle = paces.begin() + std::ptrdiff_t(paces.size() / 2);
   std::ranges::nth_element(paces, middle);
   const double median = *middle;
+  double before = 0, after = 0;
   for (size_t i = 0; i < work.size(); ++i) {
+    before += seconds[i];
     seconds[i] = std::clamp(seconds[i], median * work[i] / kRange, median * work[i] * kRange);
+    after += seconds[i];
   }
+  return after > 0 ? before / after : 1.0;
 }
 
 uint64_t pixels_of(std::span<const Rect> tiles) {
@@ -88,9 +93,11 @@ void RenderJob::render_tile(RenderLoop& loop, TileOwner& owner, RenderWorker& wo
 }
 
 // Renders these samples of a few pixels in each tile. Writes for each tile how many seconds a
-// thread needs for one sample of every pixel.
-void RenderJob::measure_tiles(RenderLoop& loop, std::span<const Rect> tiles, uint32_t first_sample,
-                              uint32_t samples, std::vector<double>& costs) const {
+// thread that never pauses needs for one sample of every pixel. Returns by which factor pauses
+// lengthen the time of all tiles.
+double RenderJob::measure_tiles(RenderLoop& loop, std::span<const Rect> tiles,
+                                uint32_t first_sample, uint32_t samples,
+                                std::vector<double>& costs) const {
   constexpr double kPixels = 32;
   std::vector<double> work(tiles.size());
   std::atomic<size_t> next{0};
@@ -126,7 +133,7 @@ void RenderJob::measure_tiles(RenderLoop& loop, std::span<const Rect> tiles, uin
       costs[i] = seconds * per_sample;
     }
   });
-  limit_paces(work, costs);
+  return limit_paces(work, costs);
 }
 
 // The first samples are slower than later ones, so the last measurement counts. Measuring takes
@@ -134,13 +141,15 @@ void RenderJob::measure_tiles(RenderLoop& loop, std::span<const Rect> tiles, uin
 void RenderJob::begin_budget(RenderLoop& loop, std::span<const Rect> tiles,
                              std::optional<TileBudget>& budget) const {
   constexpr uint32_t kFewSamples = 2, kSamples = 16, kMaxSamplesPerPixel = 128;
+  constexpr double kMaxPauses = 4;  // one long pause shall not decide
   const double seconds = frame_.time_budget_s;
   const Stopwatch watch;
   std::vector<double> costs(tiles.size());
   uint32_t done = 0;
+  double pauses = 1;
   do {
     const uint32_t samples = done == 0 ? kFewSamples : kSamples;
-    measure_tiles(loop, tiles, done, samples, costs);
+    pauses = measure_tiles(loop, tiles, done, samples, costs);
     done += 2 * samples;
   } while (watch.seconds() < 0.01 * seconds && done < kMaxSamplesPerPixel &&
            !loop.stop.stop_requested());
@@ -148,8 +157,8 @@ void RenderJob::begin_budget(RenderLoop& loop, std::span<const Rect> tiles,
   const size_t rows = tiles.size() * size_t(drivers_.tile_size);
   const size_t workers = std::max<size_t>(1, std::min(rows, worker_count()));
   budget.emplace(
-      seconds, [watch] { return watch.seconds(); }, std::move(costs), 1.0 / double(workers),
-      frame_.samples_per_pixel);
+      seconds, [watch] { return watch.seconds(); }, std::move(costs),
+      std::clamp(pauses, 1.0, kMaxPauses) / double(workers), frame_.samples_per_pixel);
 }
 
 // Workers take the next tile from a counter, so that tiles begin in order however fast the threads

@@ -296,7 +296,7 @@ std::vector<SettingRule> error_rules() {
        .excludes = {{"unbiased"}},
        .reason = "it weights whole rounds, but only R G B are stored per round"},
       {.about = {{"judge"}},
-       .excludes = {{.name = "allocation", .except = "display"}},
+       .excludes = {{"allocation", "mse"}, {"allocation", "relmse"}},
        .reason = "the errors of other channels are weighed against the displayed error"},
       {.about = {{"judge"}}, .violation = judge_violation},
       {.about = {{"plan"}},
@@ -382,7 +382,6 @@ bool setting_holds(const FrameSettings& settings, const SettingCondition& condit
   if (!condition.with.empty() && !is_given(settings, condition.with)) return false;
   if (!condition.without.empty() && is_given(settings, condition.without)) return false;
   const std::string text = text_of(settings, condition.name);
-  if (!condition.except.empty() && text == condition.except) return false;
   if (condition.value.empty()) return is_given(settings, condition.name);
   const Setting* const setting = find_setting(condition.name);
   if (!setting || setting->type != "LIST") return text == condition.value;

@@ -18,7 +18,6 @@ namespace emberline {
 struct SettingCondition {
   std::string_view name;
   std::string_view value = {};    // value or list entry; empty: any non-default value
-  std::string_view except = {};   // any value but this one
   std::string_view with = {};     // this setting must be given as well
   std::string_view without = {};  // this setting must not be given
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <utility>
 
 #include "renderer/drivers/adaptive/pixel_statistics.h"
 #include "renderer/drivers/driver_choices.h"
@@ -13,6 +14,9 @@ namespace {
 // The fractions of the time at which the plan, its first and its second correction end. The last
 // one ends late, because the frame is stopped in time, while it could not go on if it ended early.
 constexpr double kStages[] = {0.6, 0.93, 1.1};
+
+// How much a resumed frame grows to measure the pace.
+constexpr double kProbe = 1.25;
 
 // The fractions of the tiles' costs after which the counts are corrected.
 constexpr double kTileCorrections[] = {0.2, 0.8};
@@ -35,6 +39,9 @@ std::optional<double> FrameBudget::next_factor(double work) {
   // Skips the stages whose end is near or past.
   while (stage_ < std::size(kStages) && now_s > 0.9 * kStages[stage_] * seconds_) ++stage_;
   if (work_since > 0) pace_ = (now_s - last_s_) / work_since;
+  // If an earlier run has done all planned work, the pace of this run is not known yet.
+  const bool is_unknown = work > 0 && pace_ == 0 && stage_ < std::size(kStages);
+  if (is_unknown && !std::exchange(has_probed_, true)) return kProbe;
   if (stage_ == std::size(kStages) || !(pace_ * work > 0)) return std::nullopt;
   const double factor = 1 + (kStages[stage_] * seconds_ - now_s) / (pace_ * work);
   ++stage_;
@@ -53,7 +60,12 @@ TileBudget::TileBudget(double seconds, BudgetClock clock, std::vector<double> co
       least_(least) {
   for (const double cost : costs_) all_ += cost;
   left_ = all_;
-  samples_ = (seconds_ - began_s_) / std::max(all_ * seconds_per_work_, kMinWork);
+  plan();
+}
+
+void TileBudget::plan() {
+  const double wanted = (seconds_ - began_s_) / std::max(all_ * seconds_per_work_, kMinWork);
+  samples_ = std::clamp(wanted, least_, double(kMaxSamples));
 }
 
 // The pace is that of the work so far. Tiles in progress are half done on average, so enough tiles
@@ -64,7 +76,8 @@ bool TileBudget::correct() {
   const double now_s = clock_(), done = finished_ + in_progress;
   if (finished_ < 4 * in_progress || !(done > 0 && left_ > 0 && now_s > began_s_)) return false;
   const double wanted = ((seconds_ - now_s) * done / (now_s - began_s_) - in_progress) / left_;
-  samples_ = std::clamp(wanted, samples_ / kMaxCorrection, samples_ * kMaxCorrection);
+  const double limited = std::clamp(wanted, samples_ / kMaxCorrection, samples_ * kMaxCorrection);
+  samples_ = std::clamp(limited, least_, double(kMaxSamples));
   return true;
 }
 
@@ -72,8 +85,7 @@ void TileBudget::skip(size_t tile) {
   const std::lock_guard lock(mutex_);
   all_ -= costs_[tile];
   left_ -= costs_[tile];
-  if (corrections_ > 0) return;
-  samples_ = (seconds_ - began_s_) / std::max(all_ * seconds_per_work_, kMinWork);
+  if (corrections_ == 0) plan();
 }
 
 uint32_t TileBudget::begin(size_t tile) {
@@ -83,9 +95,8 @@ uint32_t TileBudget::begin(size_t tile) {
     ++corrections_;
   }
   // Rounds up and down in turn, so that the mean is right.
-  const double wanted = std::clamp(samples_, least_, double(kMaxSamples));
-  const double count = std::clamp(std::round(wanted + rounding_), least_, double(kMaxSamples));
-  rounding_ += wanted - count;
+  const double count = std::clamp(std::round(samples_ + rounding_), least_, double(kMaxSamples));
+  rounding_ += samples_ - count;
   left_ -= costs_[tile];
   begun_.push_back({tile, count * costs_[tile]});
   return uint32_t(count);

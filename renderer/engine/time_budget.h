@@ -37,6 +37,7 @@ class FrameBudget {
   BudgetClock clock_;
   double last_work_, last_s_ = 0, pace_ = 0;
   size_t stage_ = 0;
+  bool has_probed_ = false;
 };
 
 // Gives each tile of a tiled driver a number of samples per pixel. Thread-safe.
@@ -59,6 +60,7 @@ class TileBudget {
     size_t index;
     double work;
   };
+  void plan();
   bool correct();
 
   std::mutex mutex_;
@@ -67,7 +69,7 @@ class TileBudget {
   const double began_s_;
   const std::vector<double> costs_;
   const double seconds_per_work_, least_;
-  double samples_ = 1;      // samples per pixel of the tiles to come
+  double samples_ = 1;      // samples per pixel of the tiles to come, at least least_
   double left_ = 0;         // costs of the tiles to come
   double all_ = 0;          // costs of all tiles
   double finished_ = 0;     // work of the finished tiles

@@ -90,15 +90,15 @@ void FilmTile::set_sample_variance(size_t i, const Rgb& variance) {
   }
 }
 
-void FilmTile::mark_stops(uint32_t budget, PixelStop unfinished_stop) {
+void FilmTile::mark_stops(uint32_t budget, PixelStop complete, PixelStop unfinished) {
   if (!has(Sums::kStop)) return;
   constexpr size_t kGrain = 16384;
   parallel_ranges(pixels(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
       const uint32_t samples = sums(i).count[0] + sums(i).count[1];
       const PixelStop stop = samples == 0        ? PixelStop::kNone
-                             : samples == budget ? PixelStop::kBudget
-                                                 : unfinished_stop;
+                             : samples == budget ? complete
+                                                 : unfinished;
       *at<uint8_t>(Sums::kStop, i) = stop_value(stop);
     }
   });

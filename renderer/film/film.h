@@ -57,9 +57,9 @@ class FilmTile {
   void set_sample_variance(size_t i, const Rgb& variance);
   // Sets the part of a merged frame that the tile comes from; the first part is 1.
   void set_part(uint32_t part) { part_ = part; }
-  // Sets each pixel's stop according to its sample count: kBudget for `budget` samples, kNone for
-  // 0, otherwise `unfinished_stop`.
-  void mark_stops(uint32_t budget, PixelStop unfinished_stop);
+  // Sets each pixel's stop according to its sample count: `complete` for `budget` samples, kNone
+  // for 0, otherwise `unfinished`.
+  void mark_stops(uint32_t budget, PixelStop complete, PixelStop unfinished);
 
   uint32_t sample_count(int x, int y) const;
   uint32_t min_samples() const;  // minimum over the pixels

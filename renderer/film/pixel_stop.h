@@ -15,7 +15,7 @@ enum class PixelStop : uint8_t {
   kTimeLimit = 4,   // --time-limit ended the frame
   kUser = 5,        // a signal or a client stopped the frame
   kUnfinished = 6,  // not stopped yet: the frame is still rendering
-  kTimeBudget = 7,  // the end of --time-budget ended the frame
+  kTimeBudget = 7,  // all samples that --time-budget allowed were taken
 };
 std::string pixel_stop_name(PixelStop stop);  // for messages to the user
 

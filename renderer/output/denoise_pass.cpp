@@ -21,6 +21,8 @@ namespace emberline {
 namespace {
 
 constexpr int kReadRows = 64;
+// Rows per band; a small frame has fewer. The margins are filtered again for each band.
+constexpr int kBandRows = 384;
 // Bytes that denoise() needs per pixel, including the results, and the bytes that it needs per
 // pixel for each light group.
 constexpr uint64_t kFilterBytes = 368, kLightGroupBytes = 88;
@@ -48,7 +50,7 @@ std::vector<std::string> light_layers(Names channels) {
   return layers;
 }
 
-int band_rows(int tile_size) { return (kDenoiseBandRows + tile_size - 1) / tile_size * tile_size; }
+int band_rows(int tile_size) { return (kBandRows + tile_size - 1) / tile_size * tile_size; }
 int read_rows(int rows_at_once) {
   return (kReadRows + rows_at_once - 1) / rows_at_once * rows_at_once;
 }

@@ -148,6 +148,9 @@ std::string describe_stop(float stop, const StatedSettings& settings) {
       settings.threshold ? " " + number(double(*settings.threshold)) : std::string();
   if (stop == float(PixelStop::kNone)) return "It got no sample.\n";
   if (stop == float(PixelStop::kBudget)) {
+    if (!settings.recorded.text("plan").empty()) {
+      return "It stopped at the number of samples that the plan gives it.\n";
+    }
     return settings.is_uniform
                ? "It stopped at the number of samples that every pixel gets (`spp`).\n"
                : "It stopped when the sample budget of the frame (`spp`) was used up.\n";

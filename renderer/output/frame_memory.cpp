@@ -56,12 +56,6 @@ uint64_t frame_bytes(const RenderOptions& options, const OutputSettings& setting
                         output_bytes(options, settings, {}));
 }
 
-// Returns the driver's memory for judging light groups, per pixel.
-uint64_t judged_light_bytes(const RenderPlan& plan, size_t lights) {
-  const std::vector<JudgedChannel>& judged = plan.driver_settings.adaptive.judged;
-  return judged_bytes_per_pixel(judged, int(lights)) - judged_bytes_per_pixel(judged, 0);
-}
-
 uint64_t light_group_bytes(const RenderOptions& options, const OutputSettings& settings,
                            const RenderPlan& plan, const std::vector<std::string>& layers) {
   uint64_t bytes = 0;
@@ -108,6 +102,11 @@ void reserve_tiles(uint64_t film_bytes_per_pixel, size_t channels, const OutputS
 }
 
 }  // namespace
+
+uint64_t judged_light_bytes(const RenderPlan& plan, size_t lights) {
+  const std::vector<JudgedChannel>& judged = plan.driver_settings.adaptive.judged;
+  return judged_bytes_per_pixel(judged, int(lights)) - judged_bytes_per_pixel(judged, 0);
+}
 
 uint64_t output_bytes(const RenderOptions& options, const OutputSettings& settings,
                       const std::vector<std::string>& layers) {

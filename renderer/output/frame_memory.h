@@ -26,6 +26,9 @@ void reserve_lights(const RenderOptions& options, const OutputSettings& settings
 // states this size.
 void reserve_pixels(uint64_t bytes, const Rect& crop, MemoryReservation& memory);
 
+// Returns the driver's memory for judging light groups, per pixel.
+uint64_t judged_light_bytes(const RenderPlan& plan, size_t lights);
+
 // Returns how many bytes the output files of a frame with these light-group layers keep in memory
 // until they are written.
 uint64_t output_bytes(const RenderOptions& options, const OutputSettings& settings,

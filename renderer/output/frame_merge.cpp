@@ -18,7 +18,6 @@
 #include "renderer/core/load_progress.h"
 #include "renderer/core/log.h"
 #include "renderer/core/parallel.h"
-#include "renderer/drivers/adaptive/judged_channels.h"
 #include "renderer/drivers/bucket_schedule.h"
 #include "renderer/engine/film_memory.h"
 #include "renderer/output/checkpoint.h"
@@ -197,10 +196,8 @@ void FrameMerge::reserve(const RenderOptions& options, const OutputSettings& set
   // The tile's state and the packed record each hold the film and the driver's state. The driver's
   // state that was loaded from a part is a third copy.
   const RenderPlan& plan = first().plan();
-  const std::vector<JudgedChannel>& judged = plan.driver_settings.adaptive.judged;
-  const uint64_t driver = plan.driver->bytes_per_pixel(plan.driver_settings) +
-                          judged_bytes_per_pixel(judged, int(lights.size())) -
-                          judged_bytes_per_pixel(judged, 0);
+  const uint64_t driver =
+      plan.driver->bytes_per_pixel(plan.driver_settings) + judged_light_bytes(plan, lights.size());
   const uint64_t saved = options.resumable ? 2 * film + 3 * driver : 0;
   const uint64_t bytes_per_pixel =
       (groups_.size() > 1 ? 2 : 1) * film + saved +

@@ -53,7 +53,7 @@ struct FrameState {
   bool complete = false;
   uint64_t samples = 0;
   double clamped_fraction = 0.0;
-  std::string history = {};  // DriverFacts::history
+  std::string history = {};  // FrameDriver::history()
 };
 
 // Returns the header of a whole frame's EXR. Call set_state() before the file is finished. Channels

@@ -55,8 +55,6 @@ struct DenoisedPicture {
 // includes this margin (less at the frame's border), the band is bit-identical to the same rows of
 // the whole frame.
 inline constexpr int kDenoiseMargin = 46;
-// Rows per band; a small frame has fewer. The margins are filtered again for each band.
-inline constexpr int kDenoiseBandRows = 384;
 
 // Denoises rows [begin, end) of the input, or all rows. The result's bits depend neither on the
 // threads (TBB's current arena) nor on the bands. Returns an empty picture after a stop request.

@@ -136,9 +136,7 @@ uint32_t RoundPlanner::round_seed() const {
   return settings_.unbiased && round_ > 0 ? hash_combine(seed_, uint32_t(round_)) : seed_;
 }
 
-void RoundPlanner::update(const FilmTile& film) { update(film, std::stop_token()); }
-
-// Returns false if a stop was requested. Each step takes milliseconds for a large frame.
+// Each step takes milliseconds for a large frame.
 bool RoundPlanner::update(const FilmTile& film, const std::stop_token& stop) {
   gather_statistics(film, &statistics_);
   if (stop.stop_requested()) return false;
@@ -196,7 +194,7 @@ PixelStop RoundPlanner::stop_of(size_t i) const {
   if (settings_.max_samples > 0 && targets_[i] >= settings_.max_samples) {
     return PixelStop::kMaximum;
   }
-  return PixelStop::kBudget;
+  return settings_.is_open ? PixelStop::kTimeBudget : PixelStop::kBudget;
 }
 
 PixelStop RoundPlanner::current_stop(size_t i, uint32_t current) const {
@@ -577,6 +575,7 @@ void RoundPlanner::archive(Archive& archive) {
     archive.check(target > 0 && float(target) <= sample_limit(settings_));
     total += target;
   }
+  archive.check(spent_ == double(total));
   archive.check(settings_.budget == 0 || total <= 2 * uint64_t(settings_.budget) * pixels);
   halves_.archive(archive, pixels);
   archive.array(errors_.error, pixels);

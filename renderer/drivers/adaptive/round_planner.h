@@ -68,8 +68,8 @@ class RoundPlanner {
   // Predicts the work of the whole frame. Call when every pixel has its target number of samples.
   // Returns nullopt as long as the samples are too few. Takes as long as planning a round.
   std::optional<WorkForecast> forecast() const;
-  // Updates only the error estimates.
-  void update(const FilmTile& film);
+  // Updates only the error estimates. Returns false if a stop was requested.
+  bool update(const FilmTile& film, const std::stop_token& stop = {});
 
   // Returns whether write_variances() writes variances that the film cannot compute itself.
   static bool has_variances(const AdaptiveSettings& settings) {
@@ -110,7 +110,6 @@ class RoundPlanner {
   uint64_t bytes() const;
 
  private:
-  bool update(const FilmTile& film, const std::stop_token& stop);
   // Returns whether the rest of the budget is too small for a round.
   bool is_budget_spent() const;
   bool grow_pilot();

@@ -135,16 +135,14 @@ PlannedMethod plan_method(const StudyOptions& options, const std::string& driver
     planned.id += "-" + m.estimator + (m.allocation.empty() ? "" : "-" + m.allocation) +
                   (m.unbiased ? "-unbiased" : "");
   }
-  o.denoise = denoise;
-  m.denoised = o.denoise;
+  m.denoised = o.denoise = denoise;
   if (several_samplers) m.name += "/" + sampler;
   if (denoise) {
     m.name += "+denoise";
     planned.id += "-denoise";
   }
   planned.id += "-" + sampler;
-  planned.separate =
-      options.separate || options.denoise || m.denoised || is_fixed_count(sampler) || is_tiled(o);
+  planned.separate = options.separate || options.denoise || is_fixed_count(sampler) || is_tiled(o);
   return planned;
 }
 
@@ -232,7 +230,7 @@ StudyPlan plan_study(const StudyOptions& options) {
       const bool several = samplers.size() > 1;
       const auto add = [&](const EstimatorChoice* estimator) {
         plan.methods.push_back(plan_method(options, driver, estimator, sampler, several, false));
-        if (!options.denoise || plan.methods.back().method.denoised) return;
+        if (!options.denoise) return;
         plan.methods.push_back(plan_method(options, driver, estimator, sampler, several, true));
       };
       FrameSettings alone;

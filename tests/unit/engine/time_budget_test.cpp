@@ -59,6 +59,23 @@ TEST(FrameBudget, WithoutWorkThereIsNoPlan) {
   EXPECT_FALSE(budget.next_factor(0));
 }
 
+// An earlier run may have done exactly what it had planned.
+TEST(FrameBudget, AResumedFrameMeasuresThePaceAgain) {
+  double now = 0;
+  FrameBudget budget(
+      10.0, [&] { return now; }, 1000);
+  EXPECT_EQ(budget.next_factor(1000), 1.25);
+  now = 0.25;
+  EXPECT_NEAR(budget.next_factor(1250).value_or(0), 1 + (6 - 0.25) / (1250 * 1e-3), 1e-9);
+}
+
+TEST(FrameBudget, EndsIfNoWorkCanBeAdded) {
+  FrameBudget budget(
+      10.0, [] { return 0.0; }, 1000);
+  EXPECT_TRUE(budget.next_factor(1000));
+  EXPECT_FALSE(budget.next_factor(1000));
+}
+
 // Renders tiles with `workers` workers, each of which renders whole tiles. Returns the time of the
 // end.
 double end_of_tiles(double seconds, const std::vector<double>& costs, double predicted_pace,
