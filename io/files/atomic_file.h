@@ -114,7 +114,6 @@ class LockedFile {
   // file has itself been removed or replaced.
   void rename_to(const std::string& path);
 
-  const std::string& path() const { return path_; }
   uint64_t size() const { return size_; }
 
  private:

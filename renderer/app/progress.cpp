@@ -60,7 +60,7 @@ ProgressDisplay::ProgressDisplay(uint64_t samples_total, StopRequest& stop,
       is_visible_(log_level() != LogLevel::kQuiet),
       is_terminal_(is_capable_terminal()) {
   if (is_visible_ && is_terminal_) {
-    set_log_hooks([] { std::fputs("\r\033[K", stderr); }, nullptr);
+    set_log_hook([] { std::fputs("\r\033[K", stderr); });
   }
   thread_ = std::jthread([this](const std::stop_token& thread_stop) { run(thread_stop); });
   if (file_) file_->set_source([this] { return now(); });
@@ -70,7 +70,7 @@ ProgressDisplay::~ProgressDisplay() {
   if (file_) file_->set_source(nullptr);
   thread_.request_stop();
   thread_.join();
-  set_log_hooks(nullptr, nullptr);
+  set_log_hook(nullptr);
   if (is_visible_ && is_terminal_) {
     std::fputs("\r\033[K", stderr);
     std::fflush(stderr);

@@ -24,7 +24,7 @@ struct LogState {
   std::mutex mutex;
   std::set<std::string, std::less<>> warned;
   std::vector<std::string> warnings;  // in order of appearance
-  std::function<void()> before, after;
+  std::function<void()> before;
   std::function<void(LogKind, std::string_view)> sink;
   std::shared_ptr<spdlog::logger> logger;
 
@@ -49,7 +49,6 @@ void write(LogKind kind, std::string_view prefix, std::string_view text) {
   if (s.before) s.before();
   s.logger->log(spdlog::level::info, "{}{}", prefix, printable(message));
   s.logger->flush();
-  if (s.after) s.after();
 }
 
 }  // namespace
@@ -103,11 +102,10 @@ void truncate_warnings(size_t count) {
   for (; s.warnings.size() > count; s.warnings.pop_back()) s.warned.erase(s.warnings.back());
 }
 
-void set_log_hooks(std::function<void()> before, std::function<void()> after) {
+void set_log_hook(std::function<void()> before) {
   LogState& s = state();
   const std::lock_guard lock(s.mutex);
   s.before = std::move(before);
-  s.after = std::move(after);
 }
 
 }  // namespace emberline

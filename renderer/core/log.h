@@ -37,8 +37,7 @@ std::vector<std::string> warnings_so_far();
 // the next frame.
 void truncate_warnings(size_t count);
 
-// Sets functions that are called before and after each message, to clear and redraw a progress
-// line; null removes them.
-void set_log_hooks(std::function<void()> before, std::function<void()> after);
+// Sets a function that is called before each message, to clear a progress line; null removes it.
+void set_log_hook(std::function<void()> before);
 
 }  // namespace emberline

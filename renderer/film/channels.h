@@ -155,7 +155,6 @@ class AovSet {
   void insert(Aov aov) { bits_ |= bit(aov); }
   bool contains(Aov aov) const { return (bits_ & bit(aov)) != 0; }
   bool operator==(const AovSet&) const = default;
-  bool empty() const { return bits_ == 0; }
   // Whether any row of the film, including those always present, has this feed or keeps sums in
   // this group.
   bool needs(ChannelFeed feed) const;

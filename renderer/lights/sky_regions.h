@@ -64,14 +64,10 @@ class SkyRegions {
   std::span<float> visibility(int region) {
     return {&visibility_[first_tile(region)], sky_tiles::kCount};
   }
-  std::span<const float> visibility(int region) const {
-    return {&visibility_[first_tile(region)], sky_tiles::kCount};
-  }
   // Frees the memory of the visibilities. Call this when they have been read.
   void release_visibility() { visibility_ = std::vector<float>(); }
   // The number of points in the region from which the environment was surveyed.
   uint32_t& places(int region) { return places_[size_t(region)]; }
-  uint32_t places(int region) const { return places_[size_t(region)]; }
 
  private:
   static constexpr int kMaxRegions = 4096;

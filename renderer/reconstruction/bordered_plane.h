@@ -31,7 +31,6 @@ class BorderedPlane {
 
   int width() const { return width_; }
   int height() const { return height_; }
-  bool empty() const { return values_.empty(); }
 
   // Returns a pointer to pixel x = 0. The caller may read a run that begins at any pixel, and kPad
   // values on either side of the run.

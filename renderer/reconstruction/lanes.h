@@ -31,9 +31,6 @@ struct Lanes {
   [[gnu::always_inline]] friend Lanes operator*(float a, const Lanes& b) {
     return {a * b.low, a * b.high};
   }
-  [[gnu::always_inline]] friend Lanes operator/(float a, const Lanes& b) {
-    return {a / b.low, a / b.high};
-  }
   [[gnu::always_inline]] Lanes& operator+=(const Lanes& b) { return *this = *this + b; }
   [[gnu::always_inline]] Lanes& operator-=(const Lanes& b) { return *this = *this - b; }
   [[gnu::always_inline]] Lanes& operator*=(const Lanes& b) { return *this = *this * b; }

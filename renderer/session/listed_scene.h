@@ -34,7 +34,6 @@ struct ListedScene {
   double radius = 1.0;               // > 0, even without geometry
   std::vector<NamedFile> inputs;     // input files, including a separate environment
   std::vector<AnimationDescription> animations;
-  std::vector<std::string> features;  // what was built and why
   std::vector<std::string> warnings;  // from loading and building
 };
 

@@ -151,7 +151,6 @@ std::shared_ptr<LoadedScene> load_session_scene(RenderOptions options, LoadProgr
   auto loaded = std::make_shared<LoadedScene>();
   loaded->scene = std::move(read).build(progress);
   open->outline = loaded->scene->editable().original();
-  open->features = loaded->scene->scene().features();
   const std::vector<std::string> warnings = warnings_so_far();
   open->warnings.assign(warnings.begin() + std::ptrdiff_t(warnings_before), warnings.end());
   loaded->edit_lists = copy_edit_lists(open->outline);

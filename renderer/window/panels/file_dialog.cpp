@@ -15,11 +15,6 @@ namespace {
 
 namespace fs = std::filesystem;
 
-std::string lower(std::string text) {
-  std::ranges::transform(text, text.begin(), [](unsigned char c) { return char(std::tolower(c)); });
-  return text;
-}
-
 // Opens the dialog in the centre of the window.
 bool begin_popup(const char* title) {
   const float em = ImGui::GetFontSize();
@@ -66,7 +61,7 @@ void FileDialog::enter(const std::string& folder) {
     }
   }
   std::ranges::sort(entries_, [](const Entry& a, const Entry& b) {
-    return a.folder != b.folder ? a.folder : lower(a.name) < lower(b.name);
+    return a.folder != b.folder ? a.folder : lower_case(a.name) < lower_case(b.name);
   });
 }
 

@@ -21,8 +21,6 @@ class PictureTexture {
   void set_pixelated(bool pixelated);
 
   bool empty() const { return width_ == 0; }
-  int width() const { return width_; }
-  int height() const { return height_; }
   void* id() const;  // an ImTextureID
 
  private:
