@@ -45,8 +45,8 @@ class SilentSink final : public RenderSink {
 };
 
 // Limits the seconds per work to a range around their median, because a pause of the thread may
-// have made one of these short measurements a hundred times too long. Returns how many times less
-// the sum of the seconds is then: on a busy machine, threads often pause.
+// have made one of these short measurements a hundred times too long. Returns the factor by which
+// this shortens the sum of the seconds. It is above 1 on a busy machine, where threads often pause.
 double limit_paces(std::span<const double> work, std::span<double> seconds) {
   constexpr double kRange = 3;
   std::vector<double> paces(work.size());

@@ -277,7 +277,8 @@ std::string report_json(const RenderOptions& options, const RenderReport& r) {
   json["clamped"] = clamped_json(r);
   json["cryptomattes"] = cryptomattes_json(r);
   // Uniform sampling has no error estimate.
-  json["error"] = {{"estimator", r.estimator}, {"estimate", number_or_null(r.error_estimate)}};
+  json["error"] = {
+      {"estimator", r.estimator}, {"of", "raw"}, {"estimate", number_or_null(r.error_estimate)}};
   json["forecast"] = forecast_json(r.forecast);
   json["denoise"] = denoise_json(r.denoise);
   json["warnings"] = r.warnings;

@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "cli/command_test.h"
+#include "renderer/film/pixel_stop.h"
 
 namespace emberline::test {
 namespace {
@@ -29,9 +30,14 @@ TEST_F(Deadline, EveryDriverFillsTheFrameAndTheFrameCanBeRepeated) {
   for (const Words& driver :
        {Words{"--driver", "bucket"}, Words{"--driver", "bisection"}, Words{"--driver", "adaptive"},
         Words{"--driver", "adaptive", "--noise-threshold", "0.0001", "--denoise"}}) {
-    const ExrPicture timed = picture(frame("out.exr", driver + Words{"--time-budget", "0.3"}));
+    const ExrPicture timed =
+        picture(frame("out.exr", driver + Words{"--time-budget", "0.3", "--aov", "stop"}));
     const std::vector<float>& samples = timed.channels.at("samples");
     EXPECT_GE(*std::ranges::min_element(samples), 1) << driver.back();
+    for (const float stop : timed.channels.at("stop")) {
+      if (driver.back() == "--denoise" && stop == float(PixelStop::kThreshold)) continue;
+      ASSERT_EQ(stop, float(PixelStop::kTimeBudget)) << driver.back();
+    }
     const Words denoised = driver.back() == "--denoise" ? Words{"--denoise"} : Words{};
     render(frame("again.exr", Words{"--driver", "adaptive", "--plan", path("out.exr")} + denoised));
     expect_equal_pixels(timed, read_exr(path("again.exr")));
