@@ -111,8 +111,8 @@ class BisectionDriver final : public FrameDriver {
     return pass().parts.pixels(begin_ + part) * passes_[pass_].sample_count;
   }
 
-  // After a stop request, parts that were not started have none of the pass's samples. Of the parts
-  // that were started, only the interrupted ones lack samples.
+  // After a stop request, parts that were not started have none of the pass's samples. A part that
+  // was started lacks samples only if it was interrupted.
   void rendered(const RenderedParts& parts, const FilmTile& film) override {
     const BisectionPass& all = pass().parts;
     const RenderedParts pass_parts{begin_ + parts.begin, begin_ + parts.end, parts.complete, {}};
