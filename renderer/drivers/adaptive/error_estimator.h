@@ -27,10 +27,6 @@ struct ErrorMap {
   // estimators, which only tell which pixels are unfinished; the unfinished pixels then get equal
   // numbers of samples.
   std::vector<float> deviation;
-  // Squared display error from missed light, summed over pixels and channels. A pixel counts as
-  // having missed light if its neighbours found light that its own samples did not. `error` does
-  // not include this value. It is 0 for estimators that do not pool over neighbours.
-  double missed = 0.0;
 };
 
 // The table of error metrics, used for --allocation, its --help and its error message. A metric

@@ -12,6 +12,7 @@
 #include "renderer/core/parallel.h"
 #include "renderer/core/vector.h"
 #include "renderer/drivers/adaptive/frame_error.h"
+#include "renderer/drivers/adaptive/missed_light.h"
 #include "renderer/drivers/adaptive/ordered_sum.h"
 #include "renderer/drivers/driver_choices.h"
 #include "renderer/film/film.h"
@@ -149,8 +150,11 @@ bool RoundPlanner::update(const FilmTile& film, const std::stop_token& stop) {
   if (!judged_.is_default()) judged_.update(film, statistics_, halves_, &errors_);
   if (stop.stop_requested()) return false;
   if (entry_.rms_error) {
-    error_estimate_ = averaged() ? frame_error(*averages_, statistics_.size(), errors_.missed)
-                                 : frame_error(statistics_, errors_.missed);
+    const double missed = entry_.batch == 0 ? missed_light_error(statistics_) : 0.0;
+    error_estimate_ =
+        averaged() ? frame_error(*averages_, statistics_.size(), missed)
+                   : frame_error(statistics_,
+                                 entry_.halves ? Compared::kHalves : Compared::kStreams, missed);
   }
   return true;
 }

@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numeric>
 
 #include "renderer/core/parallel.h"
 #include "renderer/core/vector.h"
@@ -33,8 +32,7 @@ enum Plane : int {
   kStreams = 8,     // degrees of freedom of the streams' differences
   kDifference,      // R G B
   kDisplayed = 12,  // R G B: differences as displayed
-  kSquare = 15,     // R G B: squares of the means
-  kPlanes = 18
+  kPlanes = 15
 };
 
 class PlaneRows {
@@ -106,7 +104,6 @@ class PooledRows {
       // Each pixel is weighted at its own mean, since the neighbours' mean may be clipped white, or
       // so dark that the display curve is steep.
       const float* mean = &pixels_.mean[size_t(c)][first];
-      pool(kSquare + c, [&](int x) { return mean[x] * mean[x]; });
       pool(kDisplayed + c, [&](int x) {
         const float n = std::max(1.0f, count[x]), b = second[x], a = n - b;
         const float standard_error = std::sqrt(variance[x] / n);
@@ -159,48 +156,23 @@ struct Variances {
   float from_streams, spread, displayed;
 };
 
-// The pixels' own counts, and the means and sample variances of one channel.
+// The pixels' own counts, and their sample variances of one channel.
 struct OwnRow {
-  const float *count, *mean, *variance;
-};
-
-// Returns the squared display error of a pixel that is darker than its neighbours. Assumes that the
-// neighbours have found light that the pixel's samples missed. Let p be the probability that a
-// sample finds the light, and d the amount by which the light brightens the mean. The light then
-// adds d / p to a sample that finds it and d^2 / p to a sample's variance; n samples all miss it
-// with probability exp(-n p). p is derived from d^2 and the neighbours' variance. So a lamp in
-// focus next to the pixel, which half of the neighbours' samples find, does not count as missed. n
-// p is divided by 4, since pixels that found rare light by luck overestimate p. (1 - x / 8)^8
-// approximates exp(-x).
-float missed_error(float count, float mean, float neighbours, float neighbours_square,
-                   float variance) {
-  const float increase = std::max(0.0f, neighbours - mean);
-  const float squared_increase =
-      std::max(increase * increase, neighbours_square + mean * (mean - 2.0f * neighbours));
-  const float expected = 0.25f * count * squared_increase / std::max(variance, 1e-30f);
-  const float chance_2 = square(std::max(0.0f, 1.0f - 0.125f * expected));
-  const float displayed = display_value(neighbours) - display_value(mean);
-  return increase > 0.0f ? square(square(chance_2)) * square(displayed) : 0.0f;
-}
-
-// A row of the map, and the missed errors of its pixels.
-struct MapRow {
-  float *error, *deviation, *missed;
+  const float *count, *variance;
 };
 
 // Adds a channel's squared errors and squared deviations to a row of the map. The rows are
 // __restrict because there are too many for the compiler's overlap checks.
 template <typename Metric>
 void add_channel(const PlaneRows& pooled, const Reciprocals& per, const OwnRow& own, int c,
-                 const Metric& metric, const MapRow& row) {
-  float* __restrict error = row.error, * __restrict deviation = row.deviation, * __restrict missed = row.missed;
+                 const Metric& metric, float* __restrict error, float* __restrict deviation) {
   const float *means = pooled[kMean + c], *spreads = pooled[kSpread + c],
               *differences = pooled[kDifference + c],
-              *displayed_differences = pooled[kDisplayed + c], *squares = pooled[kSquare + c];
+              *displayed_differences = pooled[kDisplayed + c];
   const float *freedoms = pooled[kFreedom], *streams = pooled[kStreams];
   const float *per_weight = per.weight.data(), *per_freedom = per.freedom.data(),
               *per_stream = per.streams.data(), *per_count = per.count.data();
-  const float *own_count = own.count, *own_mean = own.mean, *own_variance = own.variance;
+  const float *own_count = own.count, *own_variance = own.variance;
   const size_t width = per.count.size();
   for (size_t x = 0; x < width; ++x) {
     const float mean = means[x] * per_weight[x];
@@ -211,8 +183,6 @@ void add_channel(const PlaneRows& pooled, const Reciprocals& per, const OwnRow& 
     const float displayed =
         streams[x] > 0.0f ? sanitize(displayed_differences[x] * per_stream[x]) : display * spread;
     error[x] += displayed * per_count[x];
-    missed[x] += missed_error(own_count[x], sanitize(own_mean[x]), sanitize(mean),
-                              sanitize(squares[x] * per_weight[x]), from_streams);
     // Ratio of the pixel's own spread to its neighbours' spread. The fewer samples the pixel has,
     // the closer the ratio is moved to 1.
     const float freedom = std::max(0.0f, own_count[x] - kFewSamples);
@@ -229,11 +199,9 @@ template <typename Metric>
 void estimate_rows(const PixelStatistics& p, const Metric& metric, ErrorMap* out) {
   const auto width = size_t(p.width);
   constexpr size_t kRows = 16;
-  std::vector<double> missed_of_rows(size_t(p.height));
   parallel_ranges(size_t(p.height), kRows, [&](size_t begin, size_t end) {
     PooledRows rows(p, int(begin));
     Reciprocals per(width);
-    std::vector<float> missed(width);
     for (size_t y = begin; y < end; ++y) {
       const PlaneRows& pooled = rows.row(int(y));
       per.set(&p.count[y * width], pooled);
@@ -241,20 +209,16 @@ void estimate_rows(const PixelStatistics& p, const Metric& metric, ErrorMap* out
       float* deviation = &out->deviation[y * width];
       std::fill(error, error + width, 0.0f);
       std::fill(deviation, deviation + width, 0.0f);
-      std::ranges::fill(missed, 0.0f);
       for (int c = 0; c < 3; ++c) {
-        const OwnRow own = {&p.count[y * width], &p.mean[size_t(c)][y * width],
-                            &p.variance[size_t(c)][y * width]};
-        add_channel(pooled, per, own, c, metric, {error, deviation, missed.data()});
+        const OwnRow own = {&p.count[y * width], &p.variance[size_t(c)][y * width]};
+        add_channel(pooled, per, own, c, metric, error, deviation);
       }
-      missed_of_rows[y] = std::accumulate(missed.begin(), missed.end(), 0.0);
       for (size_t x = 0; x < width; ++x) {
         error[x] = std::sqrt(error[x] * (1.0f / 3));
         deviation[x] = std::sqrt(sanitize(deviation[x] * (1.0f / 3)));  // relmse may be NaN
       }
     }
   });
-  out->missed = std::accumulate(missed_of_rows.begin(), missed_of_rows.end(), 0.0);
 }
 
 }  // namespace

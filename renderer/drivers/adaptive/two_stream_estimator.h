@@ -17,11 +17,6 @@
 // adaptive sampling low (Kirk & Arvo 1991, "Unbiased Sampling Techniques for Image Synthesis").
 // Before pooling, each difference is weighted for display at the mean of its own pixel. The
 // neighbours' mean would not do: it is clipped white beside a lamp and too dark beside a shadow.
-//
-// Light that no sample of a pixel has found does not show in the samples' spread. With small,
-// bright lamps, most pixels therefore look dark and reliable, but are wrong. ErrorMap::missed
-// estimates this error from the light that the neighbours have found. Only the report uses it, not
-// the allocation.
 #pragma once
 
 #include "renderer/drivers/adaptive/error_estimator.h"

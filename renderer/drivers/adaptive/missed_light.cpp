@@ -1,0 +1,166 @@
+#include "renderer/drivers/adaptive/missed_light.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numeric>
+#include <vector>
+
+#include "renderer/core/display_error.h"
+#include "renderer/core/parallel.h"
+#include "renderer/core/vector.h"
+#include "renderer/drivers/adaptive/frame_error.h"
+#include "renderer/drivers/adaptive/pooling.h"
+
+namespace emberline {
+namespace {
+
+constexpr float kMaxRatio = 2.5f;  // of a difference of means to its standard error
+constexpr size_t kRadius = kPoolRadius, kSide = 2 * kRadius + 1;
+constexpr size_t kLanes = 16;  // pixels that are computed together, so that loops vectorise
+
+// Makes a value safe for sums and squares: no NaN, not negative, limited.
+float sanitize(float x) { return x > 0.0f ? std::min(x, 1e15f) : 0.0f; }
+
+// A row of pixels with margins of kRadius pixels without samples, and more of them after the last
+// block of lanes. The planes of three are R, G, B.
+class PixelRow {
+ public:
+  explicit PixelRow(size_t width) : width_(width) {
+    const size_t padded = (width + kLanes - 1) / kLanes * kLanes + 2 * kRadius;
+    count_.resize(padded);
+    for (auto* planes : {&mean_, &squared_error_, &variance_}) {
+      for (std::vector<float>& plane : *planes) plane.resize(padded);
+    }
+  }
+  // Reads the row whose first pixel has this index.
+  void read(const PixelStatistics& p, size_t first) {
+    std::copy_n(&p.count[first], width_, &count_[kRadius]);
+    for (size_t c = 0; c < 3; ++c) {
+      for (size_t x = 0; x < width_; ++x) {
+        const size_t i = first + x;
+        const float spread = p.variance[c][i], difference = p.stream_difference[c][i];
+        mean_[c][kRadius + x] = sanitize(p.mean[c][i]);
+        squared_error_[c][kRadius + x] = sanitize(spread / std::max(1.0f, p.count[i]));
+        variance_[c][kRadius + x] =
+            sanitize(sample_variance(p.count[i], p.second_count[i], difference, spread));
+      }
+    }
+  }
+  // Arrays of kLanes values, from the pixel at column x + dx - kRadius on.
+  const float* count(size_t x, size_t dx) const { return &count_[x + dx]; }
+  const float* mean(size_t c, size_t x, size_t dx) const { return &mean_[c][x + dx]; }
+  const float* squared_error(size_t c, size_t x, size_t dx) const {
+    return &squared_error_[c][x + dx];
+  }
+  const float* variance(size_t c, size_t x, size_t dx) const { return &variance_[c][x + dx]; }
+
+ private:
+  size_t width_;
+  std::vector<float> count_;
+  std::array<std::vector<float>, 3> mean_;
+  std::array<std::vector<float>, 3> squared_error_;  // of the mean
+  std::array<std::vector<float>, 3> variance_;       // of a sample
+};
+
+// Weighted sums over the neighbours of kLanes pixels.
+struct Sums {
+  float weight[kLanes] = {}, mean[3][kLanes] = {}, square[3][kLanes] = {}, variance[3][kLanes] = {};
+};
+
+void add_neighbours(const PixelRow& own, const PixelRow& other, size_t x, size_t dx, float kernel,
+                    Sums* sums) {
+  float weight[kLanes];
+  const float* count = other.count(x, dx);
+  for (size_t l = 0; l < kLanes; ++l) weight[l] = count[l] > 0.0f ? kernel : 0.0f;
+  for (size_t c = 0; c < 3; ++c) {
+    const float *a = own.mean(c, x, kRadius), *a_error = own.squared_error(c, x, kRadius),
+                *b = other.mean(c, x, dx), *b_error = other.squared_error(c, x, dx);
+    for (size_t l = 0; l < kLanes; ++l) {
+      const float most = square(kMaxRatio) * (a_error[l] + b_error[l]);
+      weight[l] = square(a[l] - b[l]) <= most ? weight[l] : 0.0f;
+    }
+  }
+  for (size_t l = 0; l < kLanes; ++l) sums->weight[l] += weight[l];
+  for (size_t c = 0; c < 3; ++c) {
+    const float *mean = other.mean(c, x, dx), *variance = other.variance(c, x, dx);
+    for (size_t l = 0; l < kLanes; ++l) {
+      sums->mean[c][l] += weight[l] * mean[l];
+      sums->square[c][l] += weight[l] * mean[l] * mean[l];
+      sums->variance[c][l] += weight[l] * variance[l];
+    }
+  }
+}
+
+// Returns the squared display error of a pixel that is darker than its neighbours. Let p be the
+// probability that a sample finds the light that the neighbours have found, and d the amount by
+// which this light brightens the mean. The light then adds d / p to a sample that finds it and
+// d^2 / p to a sample's variance; n samples all miss it with probability exp(-n p). p is derived
+// from d^2 and the neighbours' variance, and reduced, since pixels that found rare light by luck
+// overestimate p. (1 - x / 8)^8 approximates exp(-x).
+float missed_error(float count, float mean, float neighbours, float neighbours_square,
+                   float variance) {
+  const float increase = std::max(0.0f, neighbours - mean);
+  const float squared_increase =
+      std::max(square(increase), neighbours_square + mean * (mean - 2.0f * neighbours));
+  const float expected = 0.4f * count * squared_increase / std::max(variance, 1e-30f);
+  const float chance_8 = std::max(0.0f, 1.0f - 0.125f * expected);
+  const float displayed = display_value(neighbours) - display_value(mean);
+  return increase > 0.0f ? square(square(square(chance_8))) * square(displayed) : 0.0f;
+}
+
+float pool_weight(size_t offset) {
+  return kPoolKernel[offset < kRadius ? kRadius - offset : offset - kRadius];
+}
+
+// `rows` are the rows around the pixels' own, which is in the middle; null outside the crop.
+float missed_error_of_block(const std::array<const PixelRow*, kSide>& rows, size_t x) {
+  const PixelRow& own = *rows[kRadius];
+  Sums sums;
+  for (size_t dy = 0; dy < kSide; ++dy) {
+    if (!rows[dy]) continue;
+    for (size_t dx = 0; dx < kSide; ++dx) {
+      add_neighbours(own, *rows[dy], x, dx, pool_weight(dy) * pool_weight(dx), &sums);
+    }
+  }
+  float error[kLanes] = {};
+  const float* count = own.count(x, kRadius);
+  for (size_t c = 0; c < 3; ++c) {
+    const float* mean = own.mean(c, x, kRadius);
+    for (size_t l = 0; l < kLanes; ++l) {
+      const float per_weight = 1.0f / std::max(sums.weight[l], 1e-6f);
+      error[l] += missed_error(count[l], mean[l], sums.mean[c][l] * per_weight,
+                               sums.square[c][l] * per_weight, sums.variance[c][l] * per_weight);
+    }
+  }
+  return std::accumulate(std::begin(error), std::end(error), 0.0f);
+}
+
+}  // namespace
+
+double missed_light_error(const PixelStatistics& pixels) {
+  const auto width = size_t(pixels.width), height = size_t(pixels.height);
+  std::vector<double> errors(height);
+  constexpr size_t kRows = 16;
+  parallel_ranges(height, kRows, [&](size_t begin, size_t end) {
+    std::vector<PixelRow> ring(kSide, PixelRow(width));
+    size_t next = begin - std::min(begin, kRadius);  // next row to read
+    for (size_t y = begin; y < end; ++y) {
+      for (; next < std::min(height, y + kRadius + 1); ++next) {
+        ring[next % kSide].read(pixels, next * width);
+      }
+      std::array<const PixelRow*, kSide> rows;
+      for (size_t i = 0; i < kSide; ++i) {
+        const size_t row = y + i;  // kRadius too large, so that it is not negative
+        const bool inside = row >= kRadius && row < height + kRadius;
+        rows[i] = inside ? &ring[(row - kRadius) % kSide] : nullptr;
+      }
+      for (size_t x = 0; x < width; x += kLanes) {
+        errors[y] += double(missed_error_of_block(rows, x));
+      }
+    }
+  });
+  return std::accumulate(errors.begin(), errors.end(), 0.0);
+}
+
+}  // namespace emberline
