@@ -51,14 +51,6 @@ void raise_limits(const FrameSettings& more, const std::string& path, FrameSetti
                    path);
 }
 
-RenderPlan plan_of(const FrameSettings& settings, const std::string& path) {
-  try {
-    return RenderPlan(settings);
-  } catch (const UsageError& error) {
-    throw InputError(path, "its settings are invalid: {}", error.what());
-  }
-}
-
 }  // namespace
 
 void check_extensible(const FrameSettings& settings, const std::string& path) {
@@ -78,7 +70,8 @@ void check_extensible(const FrameSettings& settings, const std::string& path) {
                      "its number of samples followed from `time-budget`; to get more samples, "
                      "render the frame again");
   }
-  if (plan_of(settings, path).half_block != RenderPlan::kStreamBlock) {
+  const RenderPlan plan = convert_usage_errors(path, [&] { return RenderPlan(settings); });
+  if (plan.half_block != RenderPlan::kStreamBlock) {
     throw InputError(path,
                      "it was rendered with fewer than {} samples per pixel, so its denoising "
                      "halves cannot be extended; render it again",

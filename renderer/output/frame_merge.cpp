@@ -23,20 +23,10 @@
 #include "renderer/output/checkpoint.h"
 #include "renderer/output/checkpoint_head.h"
 #include "renderer/output/frame_memory.h"
+#include "renderer/output/recorded_settings.h"
 
 namespace emberline {
 namespace {
-
-// Turns a UsageError into an InputError for the file, because the invalid settings come from the
-// file and not from this run's options.
-template <typename Make>
-auto convert_usage_errors(const std::string& path, const Make& make) {
-  try {
-    return make();
-  } catch (const UsageError& error) {
-    throw InputError(path, "its settings are invalid: {}", error.what());
-  }
-}
 
 FilmExtras extras_of(const RenderPlan& plan, const FrameSettings& settings,
                      const SceneLayers& layers) {

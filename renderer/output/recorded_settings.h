@@ -8,11 +8,23 @@
 #include <utility>
 #include <vector>
 
+#include "renderer/core/errors.h"
 #include "renderer/engine/frame_settings.h"
 
 namespace emberline {
 
 struct Setting;
+
+// Returns make(). Turns a UsageError into an InputError for the file, because the invalid settings
+// come from the file and not from this run's options.
+template <typename Make>
+auto convert_usage_errors(const std::string& path, const Make& make) {
+  try {
+    return make();
+  } catch (const UsageError& error) {
+    throw InputError(path, "its settings are invalid: {}", error.what());
+  }
+}
 
 class RecordedSettings {
  public:

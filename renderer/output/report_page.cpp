@@ -87,7 +87,7 @@ std::string denoising_text(const DenoiseReport& denoise) {
                      readable_percent(denoise.unchanged_fraction));
 }
 
-void add_numbers(HtmlPage& page, const RenderOptions& o, const RenderReport& r) {
+void add_numbers(HtmlPage& page, const RenderReport& r) {
   const RenderCounters& c = r.counters;
   const double per_second = r.times.render_s > 0 ? 1e-6 / r.times.render_s : 0;
   std::vector<Row> rows = {
@@ -437,7 +437,7 @@ std::string report_page(const RenderOptions& options, const RenderReport& report
   HtmlPage page(file_name(options.scene), summary(options, report));
   add_stop(page, report);
   add_picture(page, options, report, pictures);
-  add_numbers(page, options, report);
+  add_numbers(page, report);
   add_samples(page, pictures);
   add_error(page, options, report);
   add_times(page, report.times);

@@ -60,19 +60,17 @@ std::vector<std::string> sample_changes(const FloatImageRows& picture, const Ren
   const RecordedSettings recorded(picture.text_attributes());
   std::vector<std::string> list = recorded.changes(now, decides_samples);
   if (recorded.settings().unbiased) list.emplace_back("it was rendered with `unbiased`");
-  try {
-    // The weights of samples depend on their number, which adaptive frames do not know.
-    const SamplerEntry& sampler = find_named(sampler_table(), "`sampler`", "sampler", now.sampler);
-    if (sampler.weighted && samples_uniformly(recorded.settings()) &&
-        !recorded.settings().time_budget_s) {
-      list.push_back(fmt::format("its samples have weights (`sampler` {})", now.sampler));
-    }
-    const RenderPlan then(recorded.settings()), planned(now);
-    if (then.streams != planned.streams || then.half_block != planned.half_block) {
-      list.emplace_back("only one of the two is denoised or has `streams` 2");
-    }
-  } catch (const UsageError& error) {
-    throw InputError(path, "its settings are invalid: {}", error.what());
+  // The weights of samples depend on their number, which adaptive frames do not know.
+  const SamplerEntry& sampler = find_named(sampler_table(), "`sampler`", "sampler", now.sampler);
+  if (sampler.weighted && samples_uniformly(recorded.settings()) &&
+      !recorded.settings().time_budget_s) {
+    list.push_back(fmt::format("its samples have weights (`sampler` {})", now.sampler));
+  }
+  const RenderPlan planned(now);
+  const RenderPlan then =
+      convert_usage_errors(path, [&] { return RenderPlan(recorded.settings()); });
+  if (then.streams != planned.streams || then.half_block != planned.half_block) {
+    list.emplace_back("only one of the two is denoised or has `streams` 2");
   }
   return list;
 }

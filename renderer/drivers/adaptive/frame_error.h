@@ -35,9 +35,10 @@ enum class Compared {
 // it, and would treat pixels next to a lamp as clipped. Without a second stream, samples are
 // treated as independent.
 //
-// The difference of two halves is the gain of the last doubling, V(n/2) - V(n). If the variance V
-// falls as n^-a, this is 2^a - 1 times V(n). The exponent a is chosen such that it leads from the
-// variance of independent samples, V(1), to the estimate, for the whole crop at once.
+// The difference of two halves overstates the error where samples are stratified (SampleHalves). If
+// the variance of a mean falls as V(n) = V(1) n^-a, where V(1) is the variance of a sample, the
+// exponent a follows from the halves' difference and the spread of the samples, and tells by how
+// much. It is derived for each tile of 32 x 32 pixels, from sums over the tile.
 //
 // Includes `missed`, the result of missed_light_error(). The result is finite, and the same for any
 // number of threads.

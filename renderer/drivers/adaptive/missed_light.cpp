@@ -15,15 +15,18 @@
 namespace emberline {
 namespace {
 
+// These two were chosen on 23 scenes (tests/bench/results/adaptive.md).
 constexpr float kMaxRatio = 2.5f;  // of a difference of means to its standard error
+constexpr float kChanceScale = 0.4f;
 constexpr size_t kRadius = kPoolRadius, kSide = 2 * kRadius + 1;
 constexpr size_t kLanes = 16;  // pixels that are computed together, so that loops vectorise
 
 // Makes a value safe for sums and squares: no NaN, not negative, limited.
-float sanitize(float x) { return x > 0.0f ? std::min(x, 1e15f) : 0.0f; }
+float sanitize(float x, float limit) { return x > 0.0f ? std::min(x, limit) : 0.0f; }
+constexpr float kMaxMean = 1e9f;  // its square is kMaxVariance
 
-// A row of pixels with margins of kRadius pixels without samples, and more of them after the last
-// block of lanes. The planes of three are R, G, B.
+// A row of pixels, padded with pixels without samples: kRadius before the row; after it, to a
+// multiple of kLanes and kRadius more. The planes of three are R, G, B.
 class PixelRow {
  public:
   explicit PixelRow(size_t width) : width_(width) {
@@ -40,10 +43,11 @@ class PixelRow {
       for (size_t x = 0; x < width_; ++x) {
         const size_t i = first + x;
         const float spread = p.variance[c][i], difference = p.stream_difference[c][i];
-        mean_[c][kRadius + x] = sanitize(p.mean[c][i]);
-        squared_error_[c][kRadius + x] = sanitize(spread / std::max(1.0f, p.count[i]));
-        variance_[c][kRadius + x] =
-            sanitize(sample_variance(p.count[i], p.second_count[i], difference, spread));
+        mean_[c][kRadius + x] = sanitize(p.mean[c][i], kMaxMean);
+        squared_error_[c][kRadius + x] =
+            sanitize(spread / std::max(1.0f, p.count[i]), kMaxVariance);
+        variance_[c][kRadius + x] = sanitize(
+            sample_variance(p.count[i], p.second_count[i], difference, spread), kMaxVariance);
       }
     }
   }
@@ -92,21 +96,24 @@ void add_neighbours(const PixelRow& own, const PixelRow& other, size_t x, size_t
   }
 }
 
-// Returns the squared display error of a pixel that is darker than its neighbours. Let p be the
-// probability that a sample finds the light that the neighbours have found, and d the amount by
-// which this light brightens the mean. The light then adds d / p to a sample that finds it and
-// d^2 / p to a sample's variance; n samples all miss it with probability exp(-n p). p is derived
-// from d^2 and the neighbours' variance, and reduced, since pixels that found rare light by luck
-// overestimate p. (1 - x / 8)^8 approximates exp(-x).
+// Returns the squared display error of a pixel that is darker than its neighbours, and 0 for a
+// pixel without samples. Let p be the probability that a sample finds the light that the neighbours
+// have found, and d the amount by which this light brightens the mean. The light then adds d / p to
+// a sample that finds it and d^2 / p to a sample's variance; n samples all miss it with probability
+// exp(-n p). p is derived from d^2 and the neighbours' variance. For d^2, the mean square of the
+// neighbours' differences is used where it is larger than the square of their mean. As pixels that
+// found rare light by luck then lead to too large a p, p is multiplied by kChanceScale. (1 - x /
+// 8)^8 approximates exp(-x).
 float missed_error(float count, float mean, float neighbours, float neighbours_square,
                    float variance) {
   const float increase = std::max(0.0f, neighbours - mean);
   const float squared_increase =
       std::max(square(increase), neighbours_square + mean * (mean - 2.0f * neighbours));
-  const float expected = 0.4f * count * squared_increase / std::max(variance, 1e-30f);
+  const float expected = kChanceScale * count * squared_increase / std::max(variance, 1e-30f);
   const float chance_8 = std::max(0.0f, 1.0f - 0.125f * expected);
   const float displayed = display_value(neighbours) - display_value(mean);
-  return increase > 0.0f ? square(square(square(chance_8))) * square(displayed) : 0.0f;
+  return count > 0.0f && increase > 0.0f ? square(square(square(chance_8))) * square(displayed)
+                                         : 0.0f;
 }
 
 float pool_weight(size_t offset) {
@@ -151,9 +158,9 @@ double missed_light_error(const PixelStatistics& pixels) {
       }
       std::array<const PixelRow*, kSide> rows;
       for (size_t i = 0; i < kSide; ++i) {
-        const size_t row = y + i;  // kRadius too large, so that it is not negative
-        const bool inside = row >= kRadius && row < height + kRadius;
-        rows[i] = inside ? &ring[(row - kRadius) % kSide] : nullptr;
+        // The row is y + i - kRadius, which may be negative.
+        const bool inside = y + i >= kRadius && y + i < height + kRadius;
+        rows[i] = inside ? &ring[(y + i - kRadius) % kSide] : nullptr;
       }
       for (size_t x = 0; x < width; x += kLanes) {
         errors[y] += double(missed_error_of_block(rows, x));

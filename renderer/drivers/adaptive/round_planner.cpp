@@ -137,7 +137,7 @@ uint32_t RoundPlanner::round_seed() const {
   return settings_.unbiased && round_ > 0 ? hash_combine(seed_, uint32_t(round_)) : seed_;
 }
 
-// Each step takes milliseconds for a large frame.
+// Each step takes tens of milliseconds for a large frame.
 bool RoundPlanner::update(const FilmTile& film, const std::stop_token& stop) {
   gather_statistics(film, &statistics_);
   if (stop.stop_requested()) return false;
@@ -150,11 +150,12 @@ bool RoundPlanner::update(const FilmTile& film, const std::stop_token& stop) {
   if (!judged_.is_default()) judged_.update(film, statistics_, halves_, &errors_);
   if (stop.stop_requested()) return false;
   if (entry_.rms_error) {
+    // Estimators without deviations judge each pixel by its own samples, and so does their error.
     const double missed = entry_.batch == 0 ? missed_light_error(statistics_) : 0.0;
     error_estimate_ =
         averaged() ? frame_error(*averages_, statistics_.size(), missed)
                    : frame_error(statistics_,
-                                 entry_.halves ? Compared::kHalves : Compared::kStreams, missed);
+                                 doubles_counts() ? Compared::kHalves : Compared::kStreams, missed);
   }
   return true;
 }

@@ -16,7 +16,6 @@
 #include "renderer/drivers/adaptive/chi_square_estimator.h"
 #include "renderer/drivers/adaptive/contrast_estimator.h"
 #include "renderer/drivers/adaptive/dammertz_estimator.h"
-#include "renderer/drivers/adaptive/frame_error.h"
 #include "renderer/drivers/adaptive/kajiya_estimator.h"
 #include "renderer/drivers/adaptive/painter_sloan_estimator.h"
 #include "unit/synthetic_pixels.h"
