@@ -8,6 +8,8 @@
 #include "bench/parts.h"
 #include "renderer/drivers/adaptive/allocation.h"
 #include "renderer/drivers/adaptive/error_estimator.h"
+#include "renderer/drivers/adaptive/frame_error.h"
+#include "renderer/drivers/adaptive/missed_light.h"
 #include "renderer/drivers/adaptive/round_planner.h"
 #include "renderer/film/channels.h"
 #include "renderer/film/film.h"
@@ -96,6 +98,12 @@ void add_error_map_benchmarks() {
         },
         kPixels);
   }
+  add_benchmark(
+      "error_map/frame_error",
+      [pixels] {
+        return float(frame_error(*pixels, Compared::kHalves, missed_light_error(*pixels)));
+      },
+      kPixels);
   add_share_samples();
   for (const std::string_view estimator : {"nested", "two-stream"}) {
     const std::string name = "error_map/look_and_plan/" + std::string(estimator);

@@ -19,7 +19,7 @@ namespace {
 constexpr float kMaxRatio = 2.5f;  // of a difference of means to its standard error
 constexpr float kChanceScale = 0.4f;
 constexpr size_t kRadius = kPoolRadius, kSide = 2 * kRadius + 1;
-constexpr size_t kLanes = 16;  // pixels that are computed together, so that loops vectorise
+constexpr size_t kLanes = 64;  // pixels that are computed together, so that loops vectorise
 
 // Makes a value safe for sums and squares: no NaN, not negative, limited.
 float sanitize(float x, float limit) { return x > 0.0f ? std::min(x, limit) : 0.0f; }
@@ -39,15 +39,16 @@ class PixelRow {
   // Reads the row whose first pixel has this index.
   void read(const PixelStatistics& p, size_t first) {
     std::copy_n(&p.count[first], width_, &count_[kRadius]);
+    const float *count = &p.count[first], *second = &p.second_count[first];
     for (size_t c = 0; c < 3; ++c) {
+      const float *mean = &p.mean[c][first], *spread = &p.variance[c][first],
+                  *difference = &p.stream_difference[c][first];
+      float* __restrict means = &mean_[c][kRadius], * __restrict variances = &variance_[c][kRadius], * __restrict squared_errors = &squared_error_[c][kRadius];
       for (size_t x = 0; x < width_; ++x) {
-        const size_t i = first + x;
-        const float spread = p.variance[c][i], difference = p.stream_difference[c][i];
-        mean_[c][kRadius + x] = sanitize(p.mean[c][i], kMaxMean);
-        squared_error_[c][kRadius + x] =
-            sanitize(spread / std::max(1.0f, p.count[i]), kMaxVariance);
-        variance_[c][kRadius + x] = sanitize(
-            sample_variance(p.count[i], p.second_count[i], difference, spread), kMaxVariance);
+        means[x] = sanitize(mean[x], kMaxMean);
+        squared_errors[x] = sanitize(spread[x] / std::max(1.0f, count[x]), kMaxVariance);
+        variances[x] =
+            sanitize(sample_variance(count[x], second[x], difference[x], spread[x]), kMaxVariance);
       }
     }
   }
@@ -77,23 +78,27 @@ void add_neighbours(const PixelRow& own, const PixelRow& other, size_t x, size_t
   float weight[kLanes];
   const float* count = other.count(x, dx);
   for (size_t l = 0; l < kLanes; ++l) weight[l] = count[l] > 0.0f ? kernel : 0.0f;
-  for (size_t c = 0; c < 3; ++c) {
+  // Three calls instead of a loop over the channels, which GCC would make the inner loop.
+  const auto compare = [&](size_t c) {
     const float *a = own.mean(c, x, kRadius), *a_error = own.squared_error(c, x, kRadius),
                 *b = other.mean(c, x, dx), *b_error = other.squared_error(c, x, dx);
     for (size_t l = 0; l < kLanes; ++l) {
       const float most = square(kMaxRatio) * (a_error[l] + b_error[l]);
       weight[l] = square(a[l] - b[l]) <= most ? weight[l] : 0.0f;
     }
-  }
-  for (size_t l = 0; l < kLanes; ++l) sums->weight[l] += weight[l];
-  for (size_t c = 0; c < 3; ++c) {
+  };
+  const auto add = [&](size_t c) {
     const float *mean = other.mean(c, x, dx), *variance = other.variance(c, x, dx);
+    float *means = sums->mean[c], *squares = sums->square[c], *variances = sums->variance[c];
     for (size_t l = 0; l < kLanes; ++l) {
-      sums->mean[c][l] += weight[l] * mean[l];
-      sums->square[c][l] += weight[l] * mean[l] * mean[l];
-      sums->variance[c][l] += weight[l] * variance[l];
+      means[l] += weight[l] * mean[l];
+      squares[l] += weight[l] * mean[l] * mean[l];
+      variances[l] += weight[l] * variance[l];
     }
-  }
+  };
+  compare(0), compare(1), compare(2);
+  for (size_t l = 0; l < kLanes; ++l) sums->weight[l] += weight[l];
+  add(0), add(1), add(2);
 }
 
 // Returns the squared display error of a pixel that is darker than its neighbours, and 0 for a
@@ -106,14 +111,13 @@ void add_neighbours(const PixelRow& own, const PixelRow& other, size_t x, size_t
 // 8)^8 approximates exp(-x).
 float missed_error(float count, float mean, float neighbours, float neighbours_square,
                    float variance) {
-  const float increase = std::max(0.0f, neighbours - mean);
-  const float squared_increase =
-      std::max(square(increase), neighbours_square + mean * (mean - 2.0f * neighbours));
+  const float increase = neighbours > mean ? neighbours - mean : 0.0f;
+  const float spread = neighbours_square + mean * (mean - 2.0f * neighbours);
+  const float squared_increase = std::max(square(increase), spread);
   const float expected = kChanceScale * count * squared_increase / std::max(variance, 1e-30f);
   const float chance_8 = std::max(0.0f, 1.0f - 0.125f * expected);
-  const float displayed = display_value(neighbours) - display_value(mean);
-  return count > 0.0f && increase > 0.0f ? square(square(square(chance_8))) * square(displayed)
-                                         : 0.0f;
+  const float displayed = display_value(mean + increase) - display_value(mean);
+  return std::min(count, 1.0f) * square(square(square(chance_8)) * displayed);
 }
 
 float pool_weight(size_t offset) {
