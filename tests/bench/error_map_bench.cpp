@@ -100,10 +100,7 @@ void add_error_map_benchmarks() {
   }
   add_benchmark(
       "error_map/frame_error",
-      [pixels] {
-        return float(frame_error(*pixels, Compared::kHalves, missed_light_error(*pixels)));
-      },
-      kPixels);
+      [pixels] { return float(frame_error(*pixels, missed_light_error(*pixels))); }, kPixels);
   add_share_samples();
   for (const std::string_view estimator : {"nested", "two-stream"}) {
     const std::string name = "error_map/look_and_plan/" + std::string(estimator);

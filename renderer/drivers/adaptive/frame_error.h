@@ -8,24 +8,16 @@
 
 namespace emberline {
 
-// Variances are limited to this, so that sums over a crop stay finite.
-inline constexpr float kMaxVariance = 1e18f;
-
 // Returns the sample variance of a pixel, defined such that dividing it by the pixel's sample count
 // gives the variance of the pixel's mean. If there are two streams or halves, it is computed from
 // the difference of their means. Otherwise it is `spread`, the variance of the samples as if they
-// were independent.
+// were independent. The result is limited, so that sums over a frame stay finite.
 inline float sample_variance(float count, float second_count, float difference, float spread) {
+  constexpr float kMaxVariance = 1e18f;
   const float n = std::max(1.0f, count), b = second_count, a = n - b;
   const float streams = difference * difference * (a * b / n);
   return std::min(a > 0.0f && b > 0.0f ? streams : spread, kMaxVariance);
 }
-
-// What the stream differences of PixelStatistics compare.
-enum class Compared {
-  kStreams,  // two independent streams, or independent rounds
-  kHalves,   // the halves of one stream (SampleHalves)
-};
 
 // Returns the expected RMS error of the displayed crop (sRGB, [0, 1]) over pixels and channels.
 // Each pixel's part is estimated from the pixel's own two streams and weighted for display at the
@@ -33,17 +25,9 @@ enum class Compared {
 // reliable. Decisions about single pixels need pooling over neighbours, but this sum does not.
 // Pooling would weight noise beside a highlight by the steep display curve of the shadow next to
 // it, and would treat pixels next to a lamp as clipped. Without a second stream, samples are
-// treated as independent.
-//
-// The difference of two halves overstates the error where samples are stratified (SampleHalves). If
-// the variance of a mean falls as V(n) = V(1) n^-a, where V(1) is the variance of a sample, the
-// exponent a follows from the halves' difference and the spread of the samples, and tells by how
-// much. It is derived for each tile of 32 x 32 pixels, from sums over the tile.
-//
-// Includes `missed`, the result of missed_light_error(). The result is finite, and the same for any
-// number of threads.
-double frame_error(const PixelStatistics& pixels, Compared compared = Compared::kStreams,
-                   double missed = 0.0);
+// treated as independent. Includes `missed`, the result of missed_light_error(). The result is
+// finite, and the same for any number of threads.
+double frame_error(const PixelStatistics& pixels, double missed = 0.0);
 // Returns the same error for averages over rounds, from RoundAverages::variance().
 double frame_error(const RoundAverages& averages, size_t pixels, double missed = 0.0);
 

@@ -17,13 +17,13 @@ namespace {
 
 // These two were chosen on 23 scenes (tests/bench/results/adaptive.md).
 constexpr float kMaxRatio = 2.5f;  // of a difference of means to its standard error
-constexpr float kChanceScale = 0.4f;
+constexpr float kChanceScale = 0.45f;
 constexpr size_t kRadius = kPoolRadius, kSide = 2 * kRadius + 1;
 constexpr size_t kLanes = 64;  // pixels that are computed together, so that loops vectorise
 
 // Makes a value safe for sums and squares: no NaN, not negative, limited.
 float sanitize(float x, float limit) { return x > 0.0f ? std::min(x, limit) : 0.0f; }
-constexpr float kMaxMean = 1e9f;  // its square is kMaxVariance
+constexpr float kMaxMean = 1e9f, kMaxVariance = 1e18f;
 
 // A row of pixels, padded with pixels without samples: kRadius before the row; after it, to a
 // multiple of kLanes and kRadius more. The planes of three are R, G, B.

@@ -152,10 +152,8 @@ bool RoundPlanner::update(const FilmTile& film, const std::stop_token& stop) {
   if (entry_.rms_error) {
     // Estimators without deviations judge each pixel by its own samples, and so does their error.
     const double missed = entry_.batch == 0 ? missed_light_error(statistics_) : 0.0;
-    error_estimate_ =
-        averaged() ? frame_error(*averages_, statistics_.size(), missed)
-                   : frame_error(statistics_,
-                                 doubles_counts() ? Compared::kHalves : Compared::kStreams, missed);
+    error_estimate_ = averaged() ? frame_error(*averages_, statistics_.size(), missed)
+                                 : frame_error(statistics_, missed);
   }
   return true;
 }

@@ -75,9 +75,8 @@ class RoundPlanner {
   static bool has_variances(const AdaptiveSettings& settings) {
     return find_estimator(settings.estimator).halves || settings.unbiased;
   }
-  // Writes into the film the pixel variances on which the last error_estimate() is based, without
-  // the corrections that apply to whole tiles and to missed light (frame_error.h). Skips pixels
-  // whose variance the film can compute as well. Must not be called while samples are added.
+  // Writes into the film the pixel variances on which the last error_estimate() is based. Skips
+  // pixels whose variance the film can compute as well. Must not be called while samples are added.
   void write_variances(FilmTile* film) const;
 
   // Returns the error of the whole crop (frame_error.h) at the last update. Returns NaN before the

@@ -61,66 +61,6 @@ TEST(FrameError, LampNoiseDoesNotSpreadToDarkNeighbours) {
   EXPECT_NEAR(frame_error(pixels), slope * 0.01 / std::sqrt(2.0), 2e-4);
 }
 
-constexpr double kHalvesDeviation = 0.05;
-
-// Draws the parts' differences of a pixel with `count` samples, for a variance of the mean that
-// falls as n^-exponent. `count` is a power of two, or 1.5 times a power of two.
-void set_parts(double exponent, float count, TestRandom& random, size_t i,
-               PixelStatistics* pixels) {
-  const double p = std::exp2(exponent), variance_1 = kHalvesDeviation * kHalvesDeviation;
-  const auto variance_of = [&](double n) { return variance_1 * std::pow(n, -exponent); };
-  // Of halves: V(n/2) - V(n). Of n0 samples and n0 / 2 more: 2/9 E(A - B)^2.
-  const double n0 = count / 1.5;
-  const double statistic = std::fmod(std::log2(count), 1.0) == 0.0
-                               ? variance_of(count / 2) - variance_of(count)
-                               : 2.0 / 9 * variance_of(n0) * (3 + p - 4 / p);
-  for (size_t c = 0; c < 3; ++c) {
-    pixels->count[i] = count;
-    pixels->second_count[i] = count / 2;
-    pixels->stream_difference[c][i] = float(2 * std::sqrt(statistic) * draw_normal(random));
-    pixels->variance[c][i] = float(variance_1);
-  }
-}
-
-double variance_of_mean(double exponent, double count) {
-  if (std::fmod(std::log2(count), 1.0) == 0.0)
-    return kHalvesDeviation * kHalvesDeviation * std::pow(count, -exponent);
-  const double p = std::exp2(exponent);  // from the variances of n0 and n0 / 2 samples
-  return kHalvesDeviation * kHalvesDeviation * std::pow(count / 1.5, -exponent) * (p + 8 / p) / 9;
-}
-
-// Exponents of 1 are those of independent samples, 1.5 those of edges.
-TEST(FrameError, PartsOfStratifiedSamplesDoNotOverstateIt) {
-  const double slope = double(display_value(0.31f) - display_value(0.29f)) / 0.02;
-  for (const float count : {32.0f, 64.0f, 96.0f, 256.0f}) {
-    for (const double exponent : {1.0, 1.25, 1.5, 2.0}) {
-      PixelStatistics pixels = constant_pixels(96, 96, 0.3f, count);
-      TestRandom random(7, 0);
-      for (size_t i = 0; i < pixels.size(); ++i) set_parts(exponent, count, random, i, &pixels);
-      const double truth = slope * std::sqrt(variance_of_mean(exponent, count));
-      EXPECT_NEAR(frame_error(pixels, Compared::kHalves), truth, 0.04 * truth)
-          << count << " samples, exponent " << exponent;
-    }
-  }
-}
-
-// A tile may have both kinds of noise. Then the exponent is wrong for both, but not by much.
-TEST(FrameError, MixedNoiseIsNotUnderstatedByMuch) {
-  const double slope = double(display_value(0.31f) - display_value(0.29f)) / 0.02;
-  constexpr float kSamples = 64;
-  PixelStatistics pixels = constant_pixels(96, 96, 0.3f, kSamples);
-  TestRandom random(7, 0);
-  double variance = 0;
-  for (size_t i = 0; i < pixels.size(); ++i) {
-    const double exponent = i % 2 == 0 ? 1.0 : 2.0;
-    set_parts(exponent, kSamples, random, i, &pixels);
-    variance += variance_of_mean(exponent, kSamples) / double(pixels.size());
-  }
-  const double truth = slope * std::sqrt(variance);
-  EXPECT_GT(frame_error(pixels, Compared::kHalves), 0.85 * truth);
-  EXPECT_LT(frame_error(pixels, Compared::kHalves), 1.05 * truth);
-}
-
 double true_error(const PixelStatistics& pixels, double mean) {
   double sum = 0;
   for (const auto& channel : pixels.mean) {
@@ -133,7 +73,7 @@ double true_error(const PixelStatistics& pixels, double mean) {
 }
 
 double with_missed(const PixelStatistics& pixels) {
-  return frame_error(pixels, Compared::kStreams, missed_light_error(pixels));
+  return frame_error(pixels, missed_light_error(pixels));
 }
 
 // One sample in 1,000 hits a lamp, and the lamp makes the true picture white. Almost all pixels
@@ -237,7 +177,7 @@ TEST(FrameError, IsTheSameForAnyNumberOfThreads) {
   const auto errors_with = [&](int threads) {
     return tbb::task_arena(threads).execute([&] {
       const double missed = missed_light_error(pixels);
-      return std::pair(missed, frame_error(pixels, Compared::kHalves, missed));
+      return std::pair(missed, frame_error(pixels, missed));
     });
   };
   EXPECT_EQ(errors_with(1), errors_with(3));
@@ -259,7 +199,7 @@ TEST(FrameError, IsFiniteAtAnyScale) {
     }
     const double missed = missed_light_error(pixels);
     EXPECT_TRUE(std::isfinite(missed) && missed >= 0.0) << exponent;
-    EXPECT_TRUE(std::isfinite(frame_error(pixels, Compared::kHalves, missed))) << exponent;
+    EXPECT_TRUE(std::isfinite(frame_error(pixels, missed))) << exponent;
   }
 }
 
@@ -272,7 +212,6 @@ TEST(FrameError, EmptyAndNonFiniteFramesGiveFiniteErrors) {
   pixels.variance[1][7] = std::numeric_limits<float>::infinity();
   pixels.mean[2][9] = std::numeric_limits<float>::quiet_NaN();
   EXPECT_TRUE(std::isfinite(frame_error(pixels)));
-  EXPECT_TRUE(std::isfinite(frame_error(pixels, Compared::kHalves)));
   EXPECT_TRUE(std::isfinite(with_missed(pixels)));
 }
 
