@@ -107,11 +107,13 @@ void add_neighbours(const PixelRow& own, const PixelRow& other, size_t x, size_t
 // a sample that finds it and d^2 / p to a sample's variance; n samples all miss it with probability
 // exp(-n p). p is derived from d^2 and the neighbours' variance. For d^2, the mean square of the
 // neighbours' differences is used where it is larger than the square of their mean. As pixels that
-// found rare light by luck then lead to too large a p, p is multiplied by kChanceScale. (1 - x /
-// 8)^8 approximates exp(-x).
-float missed_error(float count, float mean, float neighbours, float neighbours_square,
-                   float variance) {
-  const float increase = neighbours > mean ? neighbours - mean : 0.0f;
+// found rare light by luck then lead to too large a p, p is multiplied by kChanceScale. A
+// difference of up to the standard error of the pixel's own mean does not count, because the
+// pixel's samples show that error. (1 - x / 8)^8 approximates exp(-x).
+float missed_error(float count, float mean, float squared_error, float neighbours,
+                   float neighbours_square, float variance) {
+  const float explained = mean + std::sqrt(squared_error);
+  const float increase = neighbours > explained ? neighbours - explained : 0.0f;
   const float spread = neighbours_square + mean * (mean - 2.0f * neighbours);
   const float squared_increase = std::max(square(increase), spread);
   const float expected = kChanceScale * count * squared_increase / std::max(variance, 1e-30f);
@@ -137,10 +139,10 @@ float missed_error_of_block(const std::array<const PixelRow*, kSide>& rows, size
   float error[kLanes] = {};
   const float* count = own.count(x, kRadius);
   for (size_t c = 0; c < 3; ++c) {
-    const float* mean = own.mean(c, x, kRadius);
+    const float *mean = own.mean(c, x, kRadius), *squared_error = own.squared_error(c, x, kRadius);
     for (size_t l = 0; l < kLanes; ++l) {
       const float per_weight = 1.0f / std::max(sums.weight[l], 1e-6f);
-      error[l] += missed_error(count[l], mean[l], sums.mean[c][l] * per_weight,
+      error[l] += missed_error(count[l], mean[l], squared_error[l], sums.mean[c][l] * per_weight,
                                sums.square[c][l] * per_weight, sums.variance[c][l] * per_weight);
     }
   }

@@ -15,9 +15,8 @@
 namespace emberline {
 
 // Returns the squared display error that is expected from missed light, summed over pixels and
-// channels. To be added to the error that the samples themselves show. With plain noise, a part of
-// that error is counted twice: about a tenth of the squared error if the noise is normal. The
-// result is finite, not negative, and the same for any number of threads.
+// channels. To be added to the error that the samples themselves show. The result is finite, not
+// negative, and the same for any number of threads.
 double missed_light_error(const PixelStatistics& pixels);
 
 }  // namespace emberline
