@@ -43,7 +43,9 @@ class PixelRow {
     for (size_t c = 0; c < 3; ++c) {
       const float *mean = &p.mean[c][first], *spread = &p.variance[c][first],
                   *difference = &p.stream_difference[c][first];
-      float* __restrict means = &mean_[c][kRadius], * __restrict variances = &variance_[c][kRadius], * __restrict squared_errors = &squared_error_[c][kRadius];
+      float* __restrict means = &mean_[c][kRadius];
+      float* __restrict squared_errors = &squared_error_[c][kRadius];
+      float* __restrict variances = &variance_[c][kRadius];
       for (size_t x = 0; x < width_; ++x) {
         means[x] = sanitize(mean[x], kMaxMean);
         squared_errors[x] = sanitize(spread[x] / std::max(1.0f, count[x]), kMaxVariance);

@@ -160,9 +160,9 @@ TEST(FrameError, BrightPixelsBehindAnEdgeDoNotHideMissedLight) {
   EXPECT_LT(beside_edge, 1.1 * alone);
 }
 
-// Without noise, no neighbour has found anything. The widths are not multiples of the number of
-// pixels that are computed together.
-TEST(FrameError, EvenPixelsWithNoiseHaveMissedNothing) {
+// All pixels have the same mean, so none has found more light than another. The widths are not
+// multiples of the number of pixels that are computed together.
+TEST(FrameError, EqualPixelsHaveMissedNothing) {
   for (const auto& [width, height] : {std::pair(1, 1), {3, 2}, {20, 8}, {1, 33}, {173, 5}}) {
     PixelStatistics pixels = constant_pixels(width, height, 0.1f, 16.0f);
     for (auto& channel : pixels.variance) std::ranges::fill(channel, 0.04f);
