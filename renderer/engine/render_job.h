@@ -24,6 +24,7 @@ class FrameBudget;
 class RenderLoop;
 class RenderWorker;
 class TileBudget;
+class TileCost;
 class TileOwner;
 
 // Facts about a finished tile that are not in its film.
@@ -163,8 +164,8 @@ class RenderJob final : public LivePicture {
   bool load_tile(RenderLoop& loop, const Rect& tile, FilmTile& film, TileResult& result);
   std::unique_ptr<FrameDriver> begin_tile(RenderLoop& loop, const Rect& tile, uint32_t samples,
                                           FilmTile& film, TileResult& result);
-  double measure_tiles(RenderLoop& loop, std::span<const Rect> tiles, uint32_t first_sample,
-                       uint32_t samples, std::vector<double>& costs) const;
+  void measure_tiles(RenderLoop& loop, std::span<const Rect> tiles, uint32_t first_sample,
+                     uint32_t samples, std::span<TileCost> costs) const;
   void begin_budget(RenderLoop& loop, std::span<const Rect> tiles,
                     std::optional<TileBudget>& budget) const;
   std::vector<Rect> tiles() const;

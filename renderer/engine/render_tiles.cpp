@@ -44,26 +44,6 @@ class SilentSink final : public RenderSink {
   void tile_finished(const FilmTile&) override {}
 };
 
-// Limits the seconds per work to a range around their median, because a pause of the thread may
-// have made one of these short measurements a hundred times too long. Returns the factor by which
-// this shortens the sum of the seconds. It is above 1 on a busy machine, where threads often pause.
-double limit_paces(std::span<const double> work, std::span<double> seconds) {
-  constexpr double kRange = 3;
-  std::vector<double> paces(work.size());
-  for (size_t i = 0; i < work.size(); ++i) paces[i] = work[i] > 0 ? seconds[i] / work[i] : 0;
-  if (paces.empty()) return 1.0;
-  const auto middle = paces.begin() + std::ptrdiff_t(paces.size() / 2);
-  std::ranges::nth_element(paces, middle);
-  const double median = *middle;
-  double before = 0, after = 0;
-  for (size_t i = 0; i < work.size(); ++i) {
-    before += seconds[i];
-    seconds[i] = std::clamp(seconds[i], median * work[i] / kRange, median * work[i] * kRange);
-    after += seconds[i];
-  }
-  return after > 0 ? before / after : 1.0;
-}
-
 uint64_t pixels_of(std::span<const Rect> tiles) {
   uint64_t pixels = 0;
   for (const Rect& tile : tiles) pixels += uint64_t(tile.area());
@@ -92,14 +72,10 @@ void RenderJob::render_tile(RenderLoop& loop, TileOwner& owner, RenderWorker& wo
   result.min_samples = driver.min_samples(film);
 }
 
-// Renders these samples of a few pixels in each tile. Writes for each tile how many seconds a
-// thread that never pauses needs for one sample of every pixel. Returns by which factor pauses
-// lengthen the time of all tiles.
-double RenderJob::measure_tiles(RenderLoop& loop, std::span<const Rect> tiles,
-                                uint32_t first_sample, uint32_t samples,
-                                std::vector<double>& costs) const {
-  constexpr double kPixels = 32;
-  std::vector<double> work(tiles.size());
+// Renders these samples of a few pixels in each tile.
+void RenderJob::measure_tiles(RenderLoop& loop, std::span<const Rect> tiles, uint32_t first_sample,
+                              uint32_t samples, std::span<TileCost> costs) const {
+  constexpr double kPixels = 128;
   std::atomic<size_t> next{0};
   SilentSink sink;
   loop.run_workers(tiles.size(), [&](RenderWorker& worker, const auto& should_continue) {
@@ -110,55 +86,45 @@ double RenderJob::measure_tiles(RenderLoop& loop, std::span<const Rect> tiles,
       if (i >= tiles.size()) break;
       const Rect& tile = tiles[i];
       const int step = std::max(1, int(std::sqrt(double(tile.area()) / kPixels)));
-      const auto render = [&](uint32_t first) {
-        list.clear();
-        for (int y = tile.y0 + step / 2; y < tile.y1; y += step) {
-          for (int x = tile.x0 + step / 2; x < tile.x1; x += step) {
-            list.push_back({x, y, first, samples});
-          }
+      list.clear();
+      for (int y = tile.y0 + step / 2; y < tile.y1; y += step) {
+        for (int x = tile.x0 + step / 2; x < tile.x1; x += step) {
+          list.push_back({x, y, first_sample, samples});
         }
-        if (list.empty()) list.push_back({tile.x0, tile.y0, first, samples});
-        worker.render(list, film, sink, loop.stop);
-      };
+      }
+      if (list.empty()) list.push_back({tile.x0, tile.y0, first_sample, samples});
       film.reset(tile);
-      render(first_sample);  // fills the caches, as most samples find them
       worker.take_counters();
       const Stopwatch watch;
-      render(first_sample + samples);
+      worker.render(list, film, sink, loop.stop);
       const double seconds = watch.seconds();
       const RenderCounters counters = worker.take_counters();  // they do not belong to the frame
       const double per_sample =
           double(tile.area()) / double(std::max<uint64_t>(1, counters.samples));
-      work[i] = work_of(counters.rays) * per_sample;
-      costs[i] = seconds * per_sample;
+      costs[i].add(per_sample * work_of(counters.rays), per_sample * seconds);
     }
   });
-  return limit_paces(work, costs);
 }
 
-// The first samples are slower than later ones, so the last measurement counts. Measuring takes
-// about a hundredth of the time.
+// Measuring takes about a hundredth of the time. The first samples are slower than later ones.
 void RenderJob::begin_budget(RenderLoop& loop, std::span<const Rect> tiles,
                              std::optional<TileBudget>& budget) const {
-  constexpr uint32_t kFewSamples = 2, kSamples = 16, kMaxSamplesPerPixel = 128;
-  constexpr double kMaxPauses = 4;  // one long pause shall not decide
+  constexpr uint32_t kSamples = 4, kMinSamplesPerPixel = 12, kMaxSamplesPerPixel = 96;
   const double seconds = frame_.time_budget_s;
   const Stopwatch watch;
-  std::vector<double> costs(tiles.size());
-  uint32_t done = 0;
-  double pauses = 1;
-  do {
-    const uint32_t samples = done == 0 ? kFewSamples : kSamples;
-    pauses = measure_tiles(loop, tiles, done, samples, costs);
-    done += 2 * samples;
-  } while (watch.seconds() < 0.01 * seconds && done < kMaxSamplesPerPixel &&
-           !loop.stop.stop_requested());
+  std::vector<TileCost> costs(tiles.size());
+  for (uint32_t done = 0; done < kMaxSamplesPerPixel && !loop.stop.stop_requested();
+       done += kSamples) {
+    if (done >= kMinSamplesPerPixel && watch.seconds() > 0.01 * seconds) break;
+    measure_tiles(loop, tiles, done, kSamples, costs);
+  }
   // Rows of a tile are shared, so even a few tiles occupy all workers.
   const size_t rows = tiles.size() * size_t(drivers_.tile_size);
   const size_t workers = std::max<size_t>(1, std::min(rows, worker_count()));
+  const double pauses = tile_pauses(costs);
   budget.emplace(
-      seconds, [watch] { return watch.seconds(); }, std::move(costs),
-      std::clamp(pauses, 1.0, kMaxPauses) / double(workers), frame_.samples_per_pixel);
+      seconds, [watch] { return watch.seconds(); }, tile_seconds(costs), pauses / double(workers),
+      frame_.samples_per_pixel);
 }
 
 // Workers take the next tile from a counter, so that tiles begin in order however fast the threads
@@ -178,8 +144,9 @@ void RenderJob::render_tiles(RenderLoop& loop) {
     TileOwner owner(shared);
     FilmTile film(frame_.aovs, film_extras());
     while (should_continue()) {
-      const size_t i = next.fetch_add(1, std::memory_order_relaxed);
-      if (i >= tiles.size()) break;
+      const size_t n = next.fetch_add(1, std::memory_order_relaxed);
+      if (n >= tiles.size()) break;
+      const size_t i = budget ? budget->tile_at(n) : n;
       TileResult result{.counters = frame_.empty_counters()};
       if (load_tile(loop, tiles[i], film, result)) {
         if (budget) budget->skip(i);

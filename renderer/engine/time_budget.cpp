@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <numbers>
+#include <numeric>
 #include <utility>
 
 #include "renderer/drivers/adaptive/pixel_statistics.h"
@@ -19,7 +21,7 @@ constexpr double kStages[] = {0.6, 0.93, 1.1};
 constexpr double kProbe = 1.25;
 
 // The fractions of the tiles' costs after which the counts are corrected.
-constexpr double kTileCorrections[] = {0.2, 0.8};
+constexpr double kTileCorrections[] = {0.3, 0.88};
 
 // A correction changes the count by at most this factor, as the predictions for single tiles may be
 // wrong.
@@ -27,6 +29,13 @@ constexpr double kMaxCorrection = 4;
 
 // The least work of a tile. It avoids divisions by 0.
 constexpr double kMinWork = 1e-9;
+
+// Multiples of the golden ratio, modulo 1, are spread evenly.
+size_t spreading_stride(size_t count) {
+  auto stride = size_t(std::max(1.0, double(count) / std::numbers::phi));
+  while (std::gcd(stride, count) > 1) ++stride;
+  return stride;
+}
 
 }  // namespace
 
@@ -50,12 +59,46 @@ std::optional<double> FrameBudget::next_factor(double work) {
   return factor;
 }
 
+void TileCost::add(double work, double seconds) {
+  const double pace = seconds / std::max(work, kMinWork);
+  pace_ = count_ == 0 ? pace : std::min(pace_, pace);
+  work_ += work;
+  seconds_ += seconds;
+  ++count_;
+}
+
+// Paces are limited to a range around their median, as all measurements of a tile may have been
+// slow.
+std::vector<double> tile_seconds(std::span<const TileCost> costs) {
+  constexpr double kRange = 2;
+  std::vector<double> paces, seconds;
+  for (const TileCost& cost : costs) paces.push_back(cost.pace());
+  const auto middle = paces.begin() + std::ptrdiff_t(paces.size() / 2);
+  std::ranges::nth_element(paces, middle);
+  const double median = paces.empty() ? 0 : *middle;
+  for (const TileCost& cost : costs) {
+    seconds.push_back(cost.work() * std::clamp(cost.pace(), median / kRange, median * kRange));
+  }
+  return seconds;
+}
+
+double tile_pauses(std::span<const TileCost> costs) {
+  constexpr double kMaxPauses = 4;  // one long pause shall not decide
+  double measured = 0, least = 0;
+  for (const TileCost& cost : costs) {
+    measured += cost.seconds();
+    least += cost.work() * cost.pace();
+  }
+  return least > 0 ? std::min(measured / least, kMaxPauses) : 1;
+}
+
 TileBudget::TileBudget(double seconds, BudgetClock clock, std::vector<double> costs,
                        double seconds_per_work, uint32_t least)
     : seconds_(seconds),
       clock_(std::move(clock)),
       began_s_(clock_()),
       costs_(std::move(costs)),
+      stride_(spreading_stride(costs_.size())),
       seconds_per_work_(seconds_per_work),
       least_(least) {
   for (const double cost : costs_) all_ += cost;
@@ -68,14 +111,19 @@ void TileBudget::plan() {
   samples_ = std::clamp(wanted, least_, double(kMaxSamples));
 }
 
-// The pace is that of the work so far. Tiles in progress are half done on average, so enough tiles
-// must be finished already. Returns whether there was a correction.
+// The pace is that of the work so far. Tiles in progress share it equally, helpers included. Enough
+// tiles must be finished already. Returns whether there was a correction.
 bool TileBudget::correct() {
-  double in_progress = 0;
-  for (const Tile& tile : begun_) in_progress += 0.5 * tile.work;
-  const double now_s = clock_(), done = finished_ + in_progress;
-  if (finished_ < 4 * in_progress || !(done > 0 && left_ > 0 && now_s > began_s_)) return false;
-  const double wanted = ((seconds_ - now_s) * done / (now_s - began_s_) - in_progress) / left_;
+  const double now_s = clock_(), elapsed_s = now_s - began_s_;
+  double in_progress = 0, begun = 0;
+  for (const Tile& tile : begun_) begun += tile.work;
+  if (finished_ < 2 * begun || !(finished_ > 0 && left_ > 0 && elapsed_s > 0)) return false;
+  const double pace = (finished_ + 0.5 * begun) / elapsed_s;
+  for (const Tile& tile : begun_) {
+    in_progress += std::min(tile.work, (now_s - tile.began_s) * pace / double(begun_.size()));
+  }
+  const double done = finished_ + in_progress;
+  const double wanted = ((seconds_ - now_s) * done / elapsed_s - (begun - in_progress)) / left_;
   const double limited = std::clamp(wanted, samples_ / kMaxCorrection, samples_ * kMaxCorrection);
   samples_ = std::clamp(limited, least_, double(kMaxSamples));
   return true;
@@ -98,7 +146,7 @@ uint32_t TileBudget::begin(size_t tile) {
   const double count = std::clamp(std::round(samples_ + rounding_), least_, double(kMaxSamples));
   rounding_ += samples_ - count;
   left_ -= costs_[tile];
-  begun_.push_back({tile, count * costs_[tile]});
+  begun_.push_back({tile, count * costs_[tile], clock_()});
   return uint32_t(count);
 }
 

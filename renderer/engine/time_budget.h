@@ -10,6 +10,7 @@
 #include <functional>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "renderer/drivers/frame.h"
@@ -40,6 +41,25 @@ class FrameBudget {
   bool has_probed_ = false;
 };
 
+// What one sample of every pixel of a tile costs, from several short measurements.
+class TileCost {
+ public:
+  void add(double work, double seconds);
+  double work() const { return count_ > 0 ? work_ / count_ : 0; }
+  double seconds() const { return count_ > 0 ? seconds_ / count_ : 0; }
+  // Returns the fewest seconds per work. Pauses of the thread only add to them.
+  double pace() const { return pace_; }
+
+ private:
+  double work_ = 0, seconds_ = 0, pace_ = 0;
+  int count_ = 0;
+};
+
+// Returns for each tile the seconds that a thread needs if it never pauses.
+std::vector<double> tile_seconds(std::span<const TileCost> costs);
+// Returns by which factor pauses lengthened the measurements. It is above 1 on a busy machine.
+double tile_pauses(std::span<const TileCost> costs);
+
 // Gives each tile of a tiled driver a number of samples per pixel. Thread-safe.
 class TileBudget {
  public:
@@ -49,6 +69,9 @@ class TileBudget {
   TileBudget(double seconds, BudgetClock clock, std::vector<double> costs, double seconds_per_work,
              uint32_t least);
 
+  // Returns the tile to render as number `n`, counted from 0. The first tiles are spread over the
+  // whole frame, so that their pace is that of the frame.
+  size_t tile_at(size_t n) const { return n * stride_ % costs_.size(); }
   // The tile has its samples already.
   void skip(size_t tile);
   // Returns the number of samples of each pixel of the tile, which begins now.
@@ -58,7 +81,7 @@ class TileBudget {
  private:
   struct Tile {
     size_t index;
-    double work;
+    double work, began_s;
   };
   void plan();
   bool correct();
@@ -68,6 +91,7 @@ class TileBudget {
   const BudgetClock clock_;
   const double began_s_;
   const std::vector<double> costs_;
+  const size_t stride_;  // has no divisor in common with the number of tiles
   const double seconds_per_work_, least_;
   double samples_ = 1;      // samples per pixel of the tiles to come, at least least_
   double left_ = 0;         // costs of the tiles to come

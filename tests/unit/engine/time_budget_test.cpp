@@ -143,6 +143,58 @@ TEST(TileBudget, EveryTileGetsSamples) {
   EXPECT_EQ(counts, std::vector<uint32_t>(10, 1));
 }
 
+TEST(TileBudget, FirstTilesAreSpreadOverTheFrame) {
+  for (const size_t count : {size_t(1), size_t(2), size_t(3), size_t(60), size_t(1000)}) {
+    TileBudget budget(
+        10, [] { return 0.0; }, std::vector<double>(count, 1.0), 0.1, 1);
+    std::vector<size_t> tiles;
+    for (size_t n = 0; n < count; ++n) tiles.push_back(budget.tile_at(n));
+    std::vector<size_t> first(tiles.begin(), tiles.begin() + std::ptrdiff_t(count / 5));
+    std::ranges::sort(first);
+    for (size_t i = 1; i < first.size(); ++i)
+      EXPECT_LE(first[i] - first[i - 1], std::max<size_t>(10, count / 20)) << count;
+    std::ranges::sort(tiles);
+    for (size_t i = 0; i < count; ++i) EXPECT_EQ(tiles[i], i) << count;
+  }
+}
+
+// A tile in progress counts by the time since it began. If half of it were assumed to be done, the
+// last correction would be wrong by half of the largest tile.
+TEST(TileBudget, ATileThatHasJustBegunIsNotDone) {
+  double now = 0;
+  std::vector<double> costs(18, 1.0);
+  costs[16] = 4;
+  costs[17] = 2;
+  TileBudget budget(
+      10, [&] { return now; }, costs, 0.01, 1);
+  for (size_t tile = 0; tile < 16; ++tile) {
+    now += 0.01 * budget.begin(tile);
+    budget.end(tile);
+  }
+  const double count = budget.begin(16);
+  EXPECT_NEAR(budget.begin(17), count, 2);
+}
+
+TEST(TileCost, OnePauseDoesNotDecide) {
+  std::vector<TileCost> costs(9);
+  for (size_t i = 0; i < costs.size(); ++i) {
+    const double pace = i < 3 ? 1e-6 : 1.5e-6;
+    for (int pass = 0; pass < 3; ++pass) costs[i].add(100, 100 * pace);
+  }
+  costs[0].add(100, 1);  // a pause
+  TileCost slow;         // a tile of which all measurements had pauses
+  for (int pass = 0; pass < 3; ++pass) slow.add(100, 1);
+  costs.push_back(slow);
+  const std::vector<double> seconds = tile_seconds(costs);
+  EXPECT_NEAR(seconds[0], 1e-4, 1e-9);
+  EXPECT_NEAR(seconds[8], 1.5e-4, 1e-9);
+  EXPECT_NEAR(seconds[9], 3e-4, 1e-9);
+  EXPECT_TRUE(tile_seconds({}).empty());
+  EXPECT_EQ(tile_pauses({}), 1);
+  EXPECT_EQ(tile_pauses(std::span(costs).first(1)), 4);
+  EXPECT_NEAR(tile_pauses(std::span(costs).subspan(1, 8)), 1, 1e-9);
+}
+
 TEST(TileBudget, ResumedTilesLeaveTheTimeToTheOthers) {
   double now = 0;
   TileBudget budget(
