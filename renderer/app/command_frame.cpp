@@ -427,7 +427,7 @@ int CommandFrame::report() {
   report_.exit_code = exit_code();
   report_.times.wall_s = run_.wall.seconds();
   report_.times.cpu_s = process_cpu_seconds() - run_.cpu_before_s;
-  warn_about_non_finite(report_.counters, options_.seed);
+  warn_about_non_finite(report_.counters, options_);
   warn_about_optics(report_.counters.optics);
   report_holes();
   report_.warnings = warnings_so_far();

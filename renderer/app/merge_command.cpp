@@ -94,7 +94,7 @@ int run_merge(const MergeOptions& merge) {
   outputs.finish({frame.complete(), report.counters.samples, report.counters.clamped.fraction()},
                  attempts);
   if (checkpoint) attempts.attempt(checkpoint->path(), [&] { checkpoint->commit(); });
-  warn_about_non_finite(report.counters, options.seed);
+  warn_about_non_finite(report.counters, options);
   warn_about_optics(report.counters.optics);
   report.failed_outputs = attempts.failed();
   report.exit_code = attempts.failed().empty() ? kExitDone : kExitRenderFailed;

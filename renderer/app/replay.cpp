@@ -31,7 +31,9 @@ int CommandFrame::replay() {
   const auto [value, ray, rays] = job_->replay(x, y, sample);
   std::string text;
   const auto out = std::back_inserter(text);
-  fmt::format_to(out, "pixel {},{} sample {} seed {}\n", x, y, sample, frame.seed);
+  fmt::format_to(out, "pixel {},{} sample {} seed {}", x, y, sample, options_.seed);
+  if (const int64_t number = frame_number(options_)) fmt::format_to(out, " frame {}", number);
+  text += '\n';
   fmt::format_to(
       out, "ray origin {:.9g} {:.9g} {:.9g} direction {:.9g} {:.9g} {:.9g} (internal space)\n",
       ray.origin.x, ray.origin.y, ray.origin.z, ray.direction.x, ray.direction.y, ray.direction.z);

@@ -71,6 +71,7 @@ struct FrameSettings {
   std::optional<float> clamp_indirect;  // radiance; absent: no clamping
   int light_samples = 1;                // on surfaces seen directly, in mirrors or through glass
   uint32_t seed = 0;
+  bool static_noise = false;   // the same noise in every frame of an animation
   std::optional<int> streams;  // 1 or 2; absent: as many as denoising or the estimator needs
   int bucket_size = 64;        // pixels
   BucketOrder bucket_order = BucketOrder::kHilbert;

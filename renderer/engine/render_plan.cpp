@@ -1,7 +1,9 @@
 #include "renderer/engine/render_plan.h"
 
 #include <algorithm>
+#include <cmath>
 
+#include "renderer/core/hash.h"
 #include "renderer/drivers/adaptive/error_estimator.h"
 #include "renderer/drivers/adaptive/judged_channels.h"
 #include "renderer/drivers/bucket_schedule.h"
@@ -94,7 +96,7 @@ RenderPlan::RenderPlan(const FrameSettings& s, const PrepareOptions& options)
       crop(crop_of(s)),
       is_uniform(samples_uniformly(s)),
       time_budget_s(s.time_budget_s.value_or(0)),
-      seed(s.seed),
+      seed(sampling_seed(s)),
       aovs(aovs_of(s)),
       shutter_frames(shutter_frames_of(s)),
       clamp_indirect(s.clamp_indirect.value_or(0.0f)),
@@ -199,6 +201,30 @@ Frame RenderPlan::frame(const Scene& scene, const Camera& camera, const ScenePar
 size_t RenderPlan::buckets() const {
   const DriverSettings& d = driver_settings;
   return bucket_schedule(crop, d.bucket_size, d.bucket_order, seed).size();
+}
+
+int64_t frame_number(const FrameSettings& settings) {
+  if (settings.frame) return int64_t(std::floor(*settings.frame));
+  return settings.turntable ? settings.turntable->frame.value_or(1) : 0;
+}
+
+uint32_t sampling_seed(const FrameSettings& settings) {
+  constexpr uint32_t kFrames = 0xf4a3e5u;  // other seeds are hashed from small numbers, too
+  if (settings.static_noise) return settings.seed;
+  uint32_t seed = settings.seed;
+  const auto add = [&](int64_t number) {
+    if (number == 0) return;
+    const auto bits = uint64_t(number);
+    seed = hash_combine(hash_combine(hash_combine(seed, kFrames), uint32_t(bits)),
+                        uint32_t(bits >> 32));
+  };
+  const int64_t number = frame_number(settings);
+  add(number);
+  // The camera can turn around a scene that stands still at one frame of its animation.
+  if (settings.turntable && settings.turntable->frame.value_or(number) != number) {
+    add(*settings.turntable->frame);
+  }
+  return seed;
 }
 
 const DriverEntry& driver_of(const FrameSettings& settings) {

@@ -83,7 +83,7 @@ struct RenderPlan {
   uint32_t samples_per_pixel = 0;  // of each pixel, or on average; 0: until the threshold is met
   bool is_uniform = true;          // every pixel gets the same number of samples
   double time_budget_s = 0;        // as in Frame
-  uint32_t seed;
+  uint32_t seed;                   // sampling_seed()
   StreamCount streams = StreamCount::kOne;
   static constexpr uint32_t kStreamBlock = 8;
   uint32_t half_block = kStreamBlock;  // Frame::half_block
@@ -97,6 +97,14 @@ struct RenderPlan {
   std::unique_ptr<Integrator> integrator;
   std::unique_ptr<Sampler> sampler;
 };
+
+// Returns the number of the frame in its animation: `frame` rounded down, or the frame of the
+// turntable. Returns 0 if there is neither.
+int64_t frame_number(const FrameSettings& settings);
+
+// Returns the seed of all samples. It differs between the frames of an animation, except with
+// `static-noise`, so that their noise is independent. It is `seed` for frame 0.
+uint32_t sampling_seed(const FrameSettings& settings);
 
 // Returns the driver of frames with these settings. Throws UsageError for an unknown name.
 const DriverEntry& driver_of(const FrameSettings& settings);

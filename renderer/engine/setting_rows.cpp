@@ -466,6 +466,11 @@ std::vector<Setting> sample_settings() {
           "seed", kSeed, 0u, 0xffffffffu,
           {.section = H::kSamples,
            .full = "Set the seed of the random numbers. Different seeds give different noise."}),
+      flag<&S::static_noise>(
+          "static-noise", kSample,
+          {.section = H::kSamples,
+           .full = "Give all frames of an animation or a turntable the same random numbers. By "
+                   "default each frame has noise of its own."}),
       number<&S::bucket_size>(
           "bucket-size", kSchedule, 1, kMaxBucketSize,
           {.section = H::kSamples, .full = "Set the width and height of a bucket in pixels."}),

@@ -77,18 +77,20 @@ std::vector<std::pair<std::string, std::string>> settings_attributes(const Rende
   return list;
 }
 
-std::string replay_arguments(const NonFiniteSample& sample, uint32_t seed) {
+std::string replay_arguments(const NonFiniteSample& sample, const FrameSettings& settings) {
   const std::string arguments = fmt::format("{},{},{}", sample.x, sample.y, sample.sample);
-  return sample.seed == seed
-             ? arguments
-             : arguments + spell_setting_names(fmt::format(" `seed` {}", sample.seed));
+  if (sample.seed == sampling_seed(settings)) return arguments;
+  // The sample's seed has the frame number in it already.
+  const std::string_view frame = sampling_seed(settings) == settings.seed ? "" : " `static-noise`";
+  return arguments + spell_setting_names(fmt::format(" `seed` {}{}", sample.seed, frame));
 }
 
-void warn_about_non_finite(const RenderCounters& counters, uint32_t seed, const std::string& how) {
+void warn_about_non_finite(const RenderCounters& counters, const FrameSettings& settings,
+                           const std::string& how) {
   if (counters.non_finite_samples == 0) return;
   log_warning(fmt::format(
       "{} samples were NaN or infinite and count as black; replay the first {} `replay` {}",
-      counters.non_finite_samples, how, replay_arguments(counters.located.front(), seed)));
+      counters.non_finite_samples, how, replay_arguments(counters.located.front(), settings)));
 }
 
 namespace {
@@ -123,13 +125,14 @@ OrderedJson memory_json(const RenderReport& r) {
           {"most_reserved_bytes", r.budget->peak()}};
 }
 
-OrderedJson numerics_json(const RenderReport& r, uint32_t seed) {
+OrderedJson numerics_json(const RenderReport& r, const FrameSettings& settings) {
   OrderedJson located = OrderedJson::array();
   for (const NonFiniteSample& s : r.counters.located) {
-    located.push_back({{"x", s.x},
-                       {"y", s.y},
-                       {"sample", s.sample},
-                       {"replay", spell_setting_names("`replay` ") + replay_arguments(s, seed)}});
+    located.push_back(
+        {{"x", s.x},
+         {"y", s.y},
+         {"sample", s.sample},
+         {"replay", spell_setting_names("`replay` ") + replay_arguments(s, settings)}});
   }
   return {{"non_finite_samples", r.counters.non_finite_samples},
           {"located", located},
@@ -272,7 +275,7 @@ std::string report_json(const RenderOptions& options, const RenderReport& r) {
                   {"shadow", c.rays.shadow},
                   {"total", c.rays.total()}};
   json["memory"] = memory_json(r);
-  json["numerics"] = numerics_json(r, options.seed);
+  json["numerics"] = numerics_json(r, options);
   json["optics"] = optics_json(c.optics);
   json["clamped"] = clamped_json(r);
   json["cryptomattes"] = cryptomattes_json(r);

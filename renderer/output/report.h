@@ -88,13 +88,13 @@ struct RenderReport {
 // passes, settings, versions, output and others.
 std::string report_json(const RenderOptions& options, const RenderReport& report);
 
-// Returns the --replay arguments that recompute the sample. Adds --seed if the sample's seed
-// differs from `seed`.
-std::string replay_arguments(const NonFiniteSample& sample, uint32_t seed);
+// Returns the --replay arguments that recompute the sample. Adds --seed if the sample's seed is not
+// that of a frame with these settings.
+std::string replay_arguments(const NonFiniteSample& sample, const FrameSettings& settings);
 
 // If some samples were not finite, warns and says how to replay the first of them. `how` is "with",
 // followed by further options if the replay needs any.
-void warn_about_non_finite(const RenderCounters& counters, uint32_t seed,
+void warn_about_non_finite(const RenderCounters& counters, const FrameSettings& settings,
                            const std::string& how = "with");
 
 // Fills in the defaults that a frame uses, so that its reports and headers record them.

@@ -394,7 +394,7 @@ void add_warnings(HtmlPage& page, const RenderOptions& o, const RenderReport& r)
   std::string commands;
   for (const NonFiniteSample& sample : r.counters.located) {
     commands += fmt::format("{}{} {} {}", commands.empty() ? "" : "\n", o.command_line,
-                            spell_setting_names("`replay`"), replay_arguments(sample, o.seed));
+                            spell_setting_names("`replay`"), replay_arguments(sample, o));
   }
   page.code(commands);
 }

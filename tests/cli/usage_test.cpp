@@ -262,7 +262,7 @@ TEST_F(Usage, EveryOptionHasARow) {
       "--help",         "--help-all",  "--transparent",   "--lenient",       "--unbiased",
       "--light-groups", "--quiet",     "--verbose",       "--log",           "--plain",
       "--resume",       "--resumable", "--skip-existing", "--stop-on-error", "--denoise",
-      "--panorama",     "--strict"};
+      "--panorama",     "--strict",    "--static-noise"};
   for (const WrongValue& row : wrong_values()) with_row.insert(row.option);
   const std::vector<HelpedOption> options = options_in(help.out);
   EXPECT_GE(options.size(), 30u) << help.out;

@@ -27,6 +27,7 @@ SETTINGS = (
     ("other spp", "--spp 256", "--spp 255", ["--spp: 256 (now 255)"]),
     ("no spp", "--spp 256", "", ["--spp: 256 (now"]),
     ("other seed", "--spp 256", "--spp 256 --seed 1", ["--seed: 0 (now 1)"]),
+    ("static noise", "--spp 256", "--spp 256 --static-noise", ["--static-noise"]),
     ("other sampler", "--spp 256", "--spp 256 --sampler stratified", ["--sampler: sobol (now stratified)"]),
     ("other channels", "--spp 256", "--spp 256 --aov variance", ["--aov: ", "(now variance)"]),
     ("time channel", "--spp 256", "--spp 256 --aov variance,albedo,N,Z,id,stop,time", ["--aov: "]),

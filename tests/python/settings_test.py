@@ -57,6 +57,7 @@ CASES = {
     "filter": ("gaussian", {}, BOX),
     "filter-radius": ("2", {}, BOX),
     "seed": ("7", {}, BOX),
+    "static-noise": ("yes", {"frame": "4"}, BLADE),
     "bucket-size": ("5", {}, BOX),
     "bucket-order": ("spiral", {"bucket-size": "4"}, BOX),
     "bisection-axis": ("rows", {"driver": "bisection"}, BOX),

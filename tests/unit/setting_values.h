@@ -45,6 +45,7 @@ inline const std::map<std::string, std::string>& non_default_values() {
       {"filter", "box"},
       {"filter-radius", "1.1"},
       {"seed", "4294967295"},
+      {"static-noise", "yes"},
       {"bucket-size", "4096"},
       {"bucket-order", "spiral"},
       {"bisection-axis", "rows"},

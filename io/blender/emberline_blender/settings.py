@@ -66,7 +66,7 @@ class EmberlineSettings(bpy.types.PropertyGroup):
         max=1e9,
     )
     seed: IntProperty(name="Seed", description="Change the seed to get different noise", default=0, min=0)
-    use_animated_seed: BoolProperty(name="Animate Seed", description="Use different noise in each frame", default=False)
+    use_animated_seed: BoolProperty(name="Animate Seed", description="Use different noise in each frame", default=True)
     pixel_filter: EnumProperty(
         name="Pixel Filter",
         description="Filter that weights the samples around each pixel",

@@ -19,7 +19,7 @@ namespace {
 
 void warn_of_counters(const RenderOptions& o, const RenderCounters& counters) {
   const std::string estimator = o.estimator.empty() ? "" : " `estimator` " + o.estimator;
-  warn_about_non_finite(counters, o.seed,
+  warn_about_non_finite(counters, o,
                         fmt::format("by render with `driver` {}{} `sampler` {} `seed` {}", o.driver,
                                     estimator, o.sampler, o.seed));
   warn_about_optics(counters.optics);

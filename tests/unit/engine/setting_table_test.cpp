@@ -32,15 +32,15 @@ TEST(SettingTable, HasEveryMember) {
   const FrameSettings settings;
   const auto& [scene, resource_root, driver, integrator, sampler, filter, filter_radius, spp,
                min_spp, max_spp, noise_threshold, estimator, allocation, unbiased, judge,
-               time_limit_s, time_budget_s, max_depth, clamp_indirect, light_samples, seed, streams,
-               bucket_size, bucket_order, bisection_axis, reconstruction, width, height, crop,
-               camera, look_from, look_at, fov_y, f_stop, focus_distance, panorama, turntable,
-               turntable_center, animation, time, frame, fps, shutter, edits, variant, environment,
-               sun, environment_strength, environment_rotation, environment_sampling, transparent,
-               working_space, show_backfaces, lenient, isa, part, sample_range, plan, aovs,
-               cryptomattes, cryptomatte_levels, catchers, holdouts, light_groups, half,
-               exr_compression, exr_parts, denoise] = settings;
-  constexpr size_t kMembers = 68;
+               time_limit_s, time_budget_s, max_depth, clamp_indirect, light_samples, seed,
+               static_noise, streams, bucket_size, bucket_order, bisection_axis, reconstruction,
+               width, height, crop, camera, look_from, look_at, fov_y, f_stop, focus_distance,
+               panorama, turntable, turntable_center, animation, time, frame, fps, shutter, edits,
+               variant, environment, sun, environment_strength, environment_rotation,
+               environment_sampling, transparent, working_space, show_backfaces, lenient, isa, part,
+               sample_range, plan, aovs, cryptomattes, cryptomatte_levels, catchers, holdouts,
+               light_groups, half, exr_compression, exr_parts, denoise] = settings;
+  constexpr size_t kMembers = 69;
   // Every member has a row except the scene, and width and height share one.
   EXPECT_EQ(setting_table().size(), kMembers - 2);
   EXPECT_EQ(kNonDefaults.size(), setting_table().size());

@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include "renderer/engine/render_plan.h"
 #include "renderer/film/film.h"
 #include "support/markup.h"
 
@@ -77,6 +78,13 @@ TEST(ReportPageContent, NonFiniteSamplesWithTheirReplays) {
   expect_text(read, options().command_line + " --replay 11,22,3\n");
   // The sample belongs to a round with its own seed.
   expect_text(read, options().command_line + " --replay 12,22,1 --seed 99");
+  // That seed already depends on the frame.
+  RenderOptions moving = options();
+  moving.frame = 7;
+  r.counters.located = {{11, 22, 3, sampling_seed(moving)}, {12, 22, 1, 99}};
+  const ParsedMarkup frame = page(moving, r, ReportPictures({}, kWindow, {}));
+  expect_text(frame, " --replay 11,22,3\n");
+  expect_text(frame, " --replay 12,22,1 --seed 99 --static-noise");
   spell_settings([](std::string_view name) { return std::string(name); });
 }
 
