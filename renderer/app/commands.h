@@ -98,6 +98,7 @@ struct CompareOptions {
   std::string difference;  // empty: none; .png, .jpg: FLIP in false colour; .exr: image - reference
   float exposure = 0.0f;   // stops, for PSNR, SSIM, FLIP and the FLIP picture
   std::string layer;       // empty: R, G and B
+  std::string chart;       // .svg of a sequence; empty: none
   LimitOptions limits;
 };
 
@@ -109,6 +110,12 @@ struct CompareOptions {
 // relmse_trimmed, signed_bias, psnr, ssim, flip, max_abs, non_finite, different_pixels. A metric
 // without a finite value is null: the PSNR of identical pictures, the signed bias against a black
 // reference, and every metric if no pixel is finite in both pictures.
+//
+// If the names have a frame number ("shot.####.exr"), compares all frames that both sequences have.
+// The reference may be a single picture. The JSON then has the keys `frames`, with `frame` and
+// `flicker` (renderer/statistics/flicker.h) added to the metrics of each, and `summary`, with the
+// median, mean and largest value of relmse, relmse_trimmed, flip and flicker. Motion is that of the
+// layer `velocity` of the reference or, if it has none, of the picture.
 //
 // For the FLIP picture, see renderer/output/flip_picture.h. A difference picture in EXR has the
 // channels R, G and B, which are not clamped, and "flip".

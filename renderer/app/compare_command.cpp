@@ -2,13 +2,19 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <numeric>
+#include <optional>
+#include <utility>
 #include <vector>
 
 #include "io/exr/writer.h"
+#include "io/files/atomic_file.h"
 #include "io/files/register.h"
+#include "renderer/app/frame_range.h"
 #include "renderer/app/standard_output.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
@@ -19,7 +25,9 @@
 #include "renderer/output/outputs.h"
 #include "renderer/output/rgb_file.h"
 #include "renderer/statistics/error_metrics.h"
+#include "renderer/statistics/flicker.h"
 #include "renderer/statistics/flip.h"
+#include "renderer/statistics/svg_chart.h"
 
 namespace emberline {
 namespace {
@@ -44,13 +52,15 @@ constexpr MetricRow kMetrics[] = {
     {"max_abs", &ErrorMetrics::max_absolute, "largest difference"},
 };
 
-void print_json(const RgbImage& image, const ErrorMetrics& metrics) {
-  nlohmann::ordered_json json = {{"width", image.width}, {"height", image.height}};
-  // The JSON library writes values that are not finite as null.
-  for (const MetricRow& row : kMetrics) json[row.key] = metrics.*row.value;
-  json["non_finite"] = metrics.non_finite;
-  json["different_pixels"] = metrics.different_pixels;
-  print_result(json.dump(2) + "\n");
+using Json = nlohmann::ordered_json;
+
+// The JSON library writes values that are not finite as null.
+void add_metrics(const RgbImage& image, const ErrorMetrics& metrics, Json* json) {
+  (*json)["width"] = image.width;
+  (*json)["height"] = image.height;
+  for (const MetricRow& row : kMetrics) (*json)[row.key] = metrics.*row.value;
+  (*json)["non_finite"] = metrics.non_finite;
+  (*json)["different_pixels"] = metrics.different_pixels;
 }
 
 void print_table(const CompareOptions& options, const RgbImage& image,
@@ -90,57 +100,231 @@ void write_difference_exr(const CompareOptions& options, const RgbImage& image,
   write_exr_file(options.difference, header, pixels);
 }
 
-}  // namespace
+// A picture, its reference and its metrics.
+struct ComparedFrame {
+  RgbFile image;
+  RgbImage reference;
+  PixelMotion motion;  // the reference's, if it has one for the same pixels
+  ErrorMetrics metrics;
+};
 
-int run_compare(const CompareOptions& options) {
-  const WorkerThreads workers(0);
-  if (!std::isfinite(options.exposure)) throw UsageError("--exposure must be a finite number");
-  if (!options.difference.empty()) {
-    check_picture_format(options.difference, {});
-    FileRegister files;
-    files.write("-o", options.difference);
-    for (const std::string& input : {options.image, options.reference}) {
-      files.read(input, "it is one of the pictures compared");
-    }
-  }
-  const LoadProgress progress({}, {}, limits_of(options.limits, options.image));
-  LayerChoice choice = {.layer = options.layer, .remedy = "choose one with `layer`"};
-  const RgbFile file = read_rgb(options.image, progress, choice);
-  const RgbImage& image = file.pixels;
+// `explains` says what is measured, in the log.
+ComparedFrame compare_frame(const CompareOptions& options, bool explains, bool reads_motion,
+                            const LoadProgress& progress) {
+  LayerChoice choice = {
+      .layer = options.layer, .reads_motion = reads_motion, .remedy = "choose one with `layer`"};
+  ComparedFrame frame;
+  frame.image = read_rgb(options.image, progress, choice);
+  const RgbFile& image = frame.image;
   choice.is_reference = true;
-  const RgbImage reference =
-      reference_pixels(read_rgb(options.reference, progress, choice), options.image, file.crop,
-                       file.frame_width, file.frame_height);
-  if (options.layer.empty() && file.has_denoised) {
+  RgbFile reference = read_rgb(options.reference, progress, choice);
+  const bool moves = reference.crop == image.crop && !reference.motion.empty();
+  frame.motion = std::move(moves ? reference.motion : frame.image.motion);
+  frame.reference = reference_pixels(std::move(reference), options.image, image.crop,
+                                     image.frame_width, image.frame_height);
+  if (explains && options.layer.empty() && image.has_denoised) {
     log_info(
         fmt::format("measuring R, G and B of {}, which are not denoised; --layer {} measures "
                     "the denoised picture",
                     options.image, kDenoisedLayer));
   }
-  if (!file.is_whole_frame()) {
-    const Rect& w = file.crop;
+  if (explains && !image.is_whole_frame()) {
+    const Rect& w = image.crop;
     log_info(fmt::format("comparing only the pixels in {}: --crop {},{},{},{}", options.image, w.x0,
                          w.y0, w.x1, w.y1));
   }
-
   progress.budget()->reserve(MemoryPart::kFilm,
-                             bytes_of(image.rgb.size() / 3, kComparisonBytesPerPixel),
+                             bytes_of(image.pixels.rgb.size() / 3, kComparisonBytesPerPixel),
                              "the metrics of " + options.image);
-  const ErrorMetrics metrics = compare_images(image, reference, {options.exposure});
+  frame.metrics = compare_images(image.pixels, frame.reference, {options.exposure});
   if (!options.difference.empty()) {
-    const std::vector<uint8_t> masked = non_finite_pixels(image, reference);
-    const std::vector<float> flip = flip_map(to_display(image, options.exposure, masked),
-                                             to_display(reference, options.exposure, masked));
+    const std::vector<uint8_t> masked = non_finite_pixels(image.pixels, frame.reference);
+    const std::vector<float> flip = flip_map(to_display(image.pixels, options.exposure, masked),
+                                             to_display(frame.reference, options.exposure, masked));
     if (is_exr(options.difference)) {
-      write_difference_exr(options, image, reference, flip);
+      write_difference_exr(options, image.pixels, frame.reference, flip);
     } else {
-      write_flip_picture(options.difference, image, flip, masked);
+      write_flip_picture(options.difference, image.pixels, flip, masked);
     }
   }
+  return frame;
+}
+
+// The metrics of one frame of a sequence.
+struct SequenceRow {
+  int frame = 0;
+  Json json;
+};
+
+constexpr const char* kSequenceMetrics[] = {"relmse", "relmse_trimmed", "flip", "flicker"};
+
+double value_of(const SequenceRow& row, const char* metric) {
+  const Json& value = row.json.at(metric);
+  return value.is_number() ? value.get<double>() : ErrorMetrics::kNone;
+}
+
+// Returns the numbers of the frames that both sequences have. The log names the others.
+std::vector<int> frames_to_compare(const CompareOptions& options) {
+  std::vector<int> frames = existing_frames(options.image);
+  if (!is_sequence(options.reference)) return frames;
+  const std::vector<int> references = existing_frames(options.reference);
+  std::vector<int> both, without;
+  std::ranges::set_intersection(frames, references, std::back_inserter(both));
+  std::ranges::set_difference(frames, references, std::back_inserter(without));
+  if (both.empty()) {
+    throw InputError(options.reference, "no frame of {} has a reference", options.image);
+  }
+  if (!without.empty()) {
+    log_info(fmt::format("{}: frames without a reference are left out: {}", options.image,
+                         format_frames(without)));
+  }
+  return both;
+}
+
+std::vector<SequenceRow> compare_sequence(const CompareOptions& options) {
+  std::vector<SequenceRow> rows;
+  std::optional<ComparedFrame> last;
+  for (const int number : frames_to_compare(options)) {
+    CompareOptions one = options;
+    for (std::string* name : {&one.image, &one.reference, &one.difference}) {
+      if (is_sequence(*name)) *name = expand_frame_number(*name, number);
+    }
+    const LoadProgress progress({}, {}, limits_of(options.limits, one.image));
+    if (last) {
+      constexpr uint64_t kBytesPerPixel = 8 * sizeof(float);
+      progress.budget()->reserve(MemoryPart::kFilm,
+                                 bytes_of(last->reference.rgb.size() / 3, kBytesPerPixel),
+                                 "the frame before " + one.image);
+    }
+    ComparedFrame frame = compare_frame(one, rows.empty(), true, progress);
+    SequenceRow row{number, {{"frame", number}}};
+    add_metrics(frame.image.pixels, frame.metrics, &row.json);
+    row.json["flicker"] = nullptr;
+    if (last && number == rows.back().frame + 1) {
+      if (last->image.crop != frame.image.crop) {
+        throw InputError(one.image, "the frame before has another size");
+      }
+      rows.back().json["flicker"] = flicker({last->image.pixels, last->reference, last->motion},
+                                            {frame.image.pixels, frame.reference, frame.motion},
+                                            last->metrics.rel_mse_epsilon);
+    }
+    rows.push_back(std::move(row));
+    last = std::move(frame);
+  }
+  return rows;
+}
+
+// Returns the median, the mean and the largest value of a metric, of the frames that have one.
+Json summary_of(const std::vector<SequenceRow>& rows, const char* metric) {
+  std::vector<double> values;
+  for (const SequenceRow& row : rows) {
+    const double value = value_of(row, metric);
+    if (std::isfinite(value)) values.push_back(value);
+  }
+  if (values.empty()) return nullptr;
+  std::ranges::sort(values);
+  const size_t n = values.size();
+  return {{"median", (values[(n - 1) / 2] + values[n / 2]) / 2},
+          {"mean", std::accumulate(values.begin(), values.end(), 0.0) / double(n)},
+          {"largest", values.back()}};
+}
+
+void print_sequence(const CompareOptions& options, const std::vector<SequenceRow>& rows) {
+  Json summary;
+  for (const char* metric : kSequenceMetrics) summary[metric] = summary_of(rows, metric);
   if (options.json) {
-    print_json(image, metrics);
+    Json json = {{"frames", Json::array()}, {"summary", summary}};
+    for (const SequenceRow& row : rows) json["frames"].push_back(row.json);
+    print_result(json.dump(2) + "\n");
+    return;
+  }
+  std::string text = fmt::format("{}\nagainst {}\n\n{:>9}", printable(options.image),
+                                 printable(options.reference), "frame");
+  const auto out = std::back_inserter(text);
+  for (const char* metric : kSequenceMetrics) fmt::format_to(out, "{:>16}", metric);
+  text += '\n';
+  const auto line = [&](const std::string& name, const auto& value) {
+    fmt::format_to(out, "{:>9}", name);
+    for (const char* metric : kSequenceMetrics) {
+      const Json number = value(metric);
+      text += number.is_number() ? fmt::format("{:>16.6g}", number.template get<double>())
+                                 : fmt::format("{:>16}", "-");
+    }
+    text += '\n';
+  };
+  for (const SequenceRow& row : rows) {
+    line(std::to_string(row.frame), [&](const char* metric) { return row.json.at(metric); });
+  }
+  text += '\n';
+  for (const char* name : {"median", "mean", "largest"}) {
+    line(name, [&](const char* metric) {
+      const Json& values = summary.at(metric);
+      return values.is_null() ? values : values.at(name);
+    });
+  }
+  text +=
+      "\nflicker: how much the error changes until the next frame, as relmse_trimmed, at points\n"
+      "that move with the scene. Errors that are independent in each frame give the sum of their\n"
+      "relmse; errors that stick to things give 0.\n";
+  print_result(text);
+}
+
+void write_chart(const std::string& path, const std::vector<SequenceRow>& rows) {
+  LineChart chart{.title = "Error of each frame",
+                  .x = {"frame"},
+                  .y = {"squared error, relative", AxisScale::kLog},
+                  .series = {}};
+  for (const char* metric : {"relmse_trimmed", "flicker"}) {
+    ChartSeries series{metric};
+    for (const SequenceRow& row : rows) {
+      series.points.push_back({double(row.frame), value_of(row, metric)});
+    }
+    chart.series.push_back(std::move(series));
+  }
+  write_file_atomically(path, line_chart(chart).html + "\n");
+}
+
+int run_sequence(const CompareOptions& options) {
+  if (!options.difference.empty() && !has_frame_number(options.difference)) {
+    throw UsageError("-o: {} needs a frame number, such as ####, as the pictures have",
+                     options.difference);
+  }
+  const std::vector<SequenceRow> rows = compare_sequence(options);
+  if (!options.chart.empty()) write_chart(options.chart, rows);
+  print_sequence(options, rows);
+  return kExitDone;
+}
+
+}  // namespace
+
+int run_compare(const CompareOptions& options) {
+  const WorkerThreads workers(0);
+  if (!std::isfinite(options.exposure)) throw UsageError("--exposure must be a finite number");
+  const bool has_frames = is_sequence(options.image);
+  FileRegister files;
+  if (!options.difference.empty()) {
+    check_picture_format(options.difference, {});
+    files.write("-o", options.difference);
+  }
+  if (!options.chart.empty()) {
+    if (!has_frames) throw UsageError("--chart needs a sequence, such as shot.####.exr");
+    files.write("--chart", options.chart);
+  }
+  for (const std::string& input : {options.image, options.reference}) {
+    files.read(input, "it is one of the pictures compared");
+  }
+  if (has_frames) return run_sequence(options);
+  if (is_sequence(options.reference)) {
+    throw UsageError("{} is a sequence, but {} is not", options.reference, options.image);
+  }
+  const LoadProgress progress({}, {}, limits_of(options.limits, options.image));
+  const ComparedFrame frame = compare_frame(options, true, false, progress);
+  if (options.json) {
+    Json json;
+    add_metrics(frame.image.pixels, frame.metrics, &json);
+    print_result(json.dump(2) + "\n");
   } else {
-    print_table(options, image, metrics);
+    print_table(options, frame.image.pixels, frame.metrics);
   }
   return kExitDone;
 }

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <charconv>
 #include <cstdlib>
 #include <filesystem>
 #include <optional>
@@ -148,6 +149,38 @@ std::string expand_frame_number(std::string_view name, int frame) {
     name.remove_prefix(end);
   }
   return result;
+}
+
+bool is_sequence(const std::string& name) {
+  std::error_code error;
+  return has_frame_number(name) && !std::filesystem::exists(name, error);
+}
+
+std::vector<int> existing_frames(const std::string& name) {
+  const std::filesystem::path path(name);
+  if (has_frame_number(path.parent_path().string())) {
+    throw UsageError("{}: only the file's name may have a frame number, not its folder", name);
+  }
+  const std::string pattern = path.filename().string();
+  const size_t digits = pattern.find('#');
+  const std::filesystem::path folder = path.has_parent_path() ? path.parent_path() : ".";
+  std::vector<int> frames;
+  std::error_code error;
+  for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end;
+       entry.increment(error)) {
+    const std::string file = entry->path().filename().string();
+    if (file.size() <= digits || file.compare(0, digits, pattern, 0, digits) != 0) continue;
+    int frame = 0;
+    const auto [rest, fault] =
+        std::from_chars(file.data() + digits, file.data() + file.size(), frame);
+    if (fault != std::errc() || expand_frame_number(pattern, frame) != file) continue;
+    frames.push_back(frame);
+    if (frames.size() > kMaxFrames) throw InputError(name, "more than {} frames", kMaxFrames);
+  }
+  if (error) throw InputError(name, "cannot list the folder: {}", error.message());
+  if (frames.empty()) throw InputError(name, "there is no file with such a name");
+  std::ranges::sort(frames);
+  return frames;
 }
 
 std::vector<int> requested_frames(const RenderOptions& options) {

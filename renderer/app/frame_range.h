@@ -26,6 +26,12 @@ std::string format_frames(std::span<const int> frames);
 // frame 7, "shot.-007.exr" for -7 and "shot.12345.exr" for 12345.
 bool has_frame_number(std::string_view name);
 std::string expand_frame_number(std::string_view name, int frame);
+// Whether such a name stands for several files, and is not the name of a file itself.
+bool is_sequence(const std::string& name);
+// Returns the numbers of the existing files with such a name, in ascending order. Throws UsageError
+// if a folder in the name has a frame number, and InputError if there is no such file or if there
+// are too many.
+std::vector<int> existing_frames(const std::string& name);
 
 // Throws RenderError if an output folder is not writable or --save-settings cannot be written,
 // because then every frame would fail. `first` is the number of the first frame. Does not check

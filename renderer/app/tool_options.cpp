@@ -278,8 +278,11 @@ void add_explain_options(CLI::App* app, ExplainOptions& o) {
 }
 
 void add_compare_options(CLI::App* app, CompareOptions& o) {
-  add_argument(app, "image", o.image, "The picture to measure.")->required();
-  add_argument(app, "reference", o.reference, "The picture to compare it with.")->required();
+  add_argument(app, "image", o.image,
+               "The picture to measure, or a sequence of pictures, such as shot.####.exr.")
+      ->required();
+  add_argument(app, "reference", o.reference, "The picture or the sequence to compare it with.")
+      ->required();
   add_json(app, o.json);
   add_text(app, "-o,--difference", o.difference, "FILE",
            {.section = H::kOutput,
@@ -300,6 +303,11 @@ void add_compare_options(CLI::App* app, CompareOptions& o) {
                     "with the picture of a reference that has no layers.",
             .fallback = "R, G and B; or the only layer that has them",
             .example = "--layer denoised"});
+  add_text(app, "--chart", o.chart, "FILE",
+           {.section = H::kOutput,
+            .brief = "chart of a sequence's errors, as .svg",
+            .full = "Draw the error of each frame of a sequence, and its change from frame to "
+                    "frame, as an .svg file."});
   add_limits(app, o.limits);
   app->footer("emberline compare frame.exr reference.exr -o flip.png");
 }

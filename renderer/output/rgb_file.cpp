@@ -68,6 +68,18 @@ ImageLayer choose_layer(const FloatImage& file, const std::string& path,
   return layer;
 }
 
+// Returns the motion in the layer `velocity`, or an empty one if the file has none.
+PixelMotion motion_of(const FloatImage& file) {
+  const int right = file.find_channel("velocity.X"), up = file.find_channel("velocity.Y");
+  PixelMotion motion;
+  if (right < 0 || up < 0) return motion;
+  for (size_t i = 0; i < file.values.size(); i += size_t(file.channels())) {
+    motion.right.push_back(file.values[i + size_t(right)]);
+    motion.down.push_back(-file.values[i + size_t(up)]);
+  }
+  return motion;
+}
+
 }  // namespace
 
 void warn_if_stopped(const std::string& path, const FloatImage& image) {
@@ -112,7 +124,8 @@ RgbFile read_rgb(const std::string& path, const LoadProgress& progress, const La
                  file.data_window,
                  file.frame_width,
                  file.frame_height,
-                 denoised >= 0 && layer.channels.front() != denoised};
+                 denoised >= 0 && layer.channels.front() != denoised,
+                 {}};
   const ToWorkingSpace to_rec709 = layer.has_colour ? from_working_space(file.space) : nullptr;
   for (size_t i = 0; i < pixels; ++i) {
     const float* const values = &file.values[i * size_t(file.channels())];
@@ -122,6 +135,7 @@ RgbFile read_rgb(const std::string& path, const LoadProgress& progress, const La
     const Rgb rgb = *to_rec709 * Rgb(p[0], p[1], p[2]);
     std::copy_n(&rgb.x, 3, p);
   }
+  if (choice.reads_motion) result.motion = motion_of(file);
   progress.budget()->release(MemoryPart::kTextures, file.values.size() * sizeof(float));
   return result;
 }

@@ -8,6 +8,7 @@
 #include "io/image/input.h"
 #include "renderer/core/rect.h"
 #include "renderer/statistics/error_metrics.h"
+#include "renderer/statistics/flicker.h"
 
 namespace emberline {
 
@@ -38,6 +39,7 @@ struct RgbFile {
   int frame_width = 0, frame_height = 0;
   // Whether the file has a denoised picture but `pixels` come from another layer.
   bool has_denoised = false;
+  PixelMotion motion;  // if LayerChoice::reads_motion is set and the file has a layer `velocity`
 
   bool is_whole_frame() const { return crop == Rect{0, 0, frame_width, frame_height}; }
 };
@@ -48,6 +50,7 @@ struct LayerChoice {
   // If set, a missing denoised layer is replaced by its raw counterpart. Any other missing layer is
   // replaced by the picture if the file has only one layer.
   bool is_reference = false;
+  bool reads_motion = false;
   std::string_view remedy = "save one of them as a separate file";  // see find_colour()
 };
 

@@ -87,21 +87,6 @@ double mean(const std::vector<double>& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / double(values.size());
 }
 
-// Drops the largest values, a fraction kTrimmedFraction of all values, and returns the mean of the
-// others. If values at the limit are equal, it does not matter which of them are dropped.
-double trimmed_mean(std::vector<double> values) {
-  const size_t dropped = size_t(kTrimmedFraction * double(values.size()));
-  const size_t kept = values.size() - dropped;
-  if (dropped > 0) {
-    std::nth_element(values.begin(), values.begin() + ptrdiff_t(kept), values.end());
-    values.resize(kept);
-    // nth_element leaves the order unspecified. Sorting the values makes the rounding of their sum
-    // deterministic.
-    std::sort(values.begin(), values.end());
-  }
-  return mean(values);
-}
-
 // Returns the Rec. 709 luma of display values (ITU-R BT.709-6, section 3).
 std::vector<float> luma(const RgbImage& shown) {
   std::vector<float> values(shown.rgb.size() / 3);
@@ -131,6 +116,20 @@ double encode_srgb(double x) {
 }
 
 }  // namespace
+
+// If values at the limit are equal, it does not matter which of them are dropped.
+double trimmed_mean(std::vector<double> values) {
+  const size_t dropped = size_t(kTrimmedFraction * double(values.size()));
+  const size_t kept = values.size() - dropped;
+  if (dropped > 0) {
+    std::nth_element(values.begin(), values.begin() + ptrdiff_t(kept), values.end());
+    values.resize(kept);
+    // nth_element leaves the order unspecified. Sorting the values makes the rounding of their sum
+    // deterministic.
+    std::sort(values.begin(), values.end());
+  }
+  return mean(values);
+}
 
 std::vector<uint8_t> non_finite_pixels(const RgbImage& image, const RgbImage& reference) {
   std::vector<uint8_t> masked(image.rgb.size() / 3);

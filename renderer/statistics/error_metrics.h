@@ -59,6 +59,10 @@ inline constexpr double kTrimmedFraction = 0.001, kBlackEpsilon = 0.01;
 ErrorMetrics compare_images(const RgbImage& image, const RgbImage& reference,
                             const CompareSettings& settings = {});
 
+// Returns the mean of the values without the largest ones, a fraction kTrimmedFraction of them.
+// There must be a value.
+double trimmed_mean(std::vector<double> values);
+
 // Returns 1 for each pixel that has a NaN or infinity in either image, else 0.
 std::vector<uint8_t> non_finite_pixels(const RgbImage& image, const RgbImage& reference);
 

@@ -1,5 +1,6 @@
 // Tests the output and the errors of `emberline compare`. tests/unit tests the metrics.
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 
 #include "cli/command_test.h"
@@ -67,6 +68,111 @@ TEST_F(Compare, OwnFramesCanBeCompared) {
   const nlohmann::json png =
       nlohmann::json::parse(run({"compare", path("f.png"), path("out.exr"), "--json"}).out);
   EXPECT_GT(png["psnr"].get<double>(), 40.0);
+}
+
+// Frames 8 to 11 of one sequence and 7 to 10 and 12 of the other, whose errors are known.
+class CompareSequence : public Compare {
+ protected:
+  void SetUp() override {
+    Compare::SetUp();
+    std::filesystem::create_directory(path("shot"));
+    for (int frame = 8; frame <= 11; ++frame)
+      write_grey(picture("a", frame), 1 + 0.1f * float(frame - 8));
+    for (const int frame : {7, 8, 9, 10, 12}) write_grey(picture("r", frame), 1);
+    for (const char* other :
+         {"shot/a.9.exr", "shot/a.0009.png", "shot/a.x.exr", "shot/b.0009.exr"}) {
+      write(other, "not read");
+    }
+  }
+  static void write_grey(const std::string& file, float value) {
+    write_floats(file, 24, 16, 3, std::vector<float>(24 * 16 * 3, value));
+  }
+  std::string picture(const char* name, int frame) const {
+    return path("shot/" + std::string(name) + (frame < 10 ? ".000" : ".00") +
+                std::to_string(frame) + ".exr");
+  }
+  Words words(const Words& more = {}) const {
+    return Words{"compare", path("shot/a.####.exr"), path("shot/r.####.exr")} + more;
+  }
+};
+
+TEST_F(CompareSequence, MeasuresTheFramesThatBothHave) {
+  const RunResult result = run(words({"--json", "--chart", path("error.svg")}));
+  ASSERT_EQ(result.exit_code, 0) << result.describe();
+  EXPECT_NE(result.err.find("left out: 11"), std::string::npos) << result.err;
+  const nlohmann::json json = nlohmann::json::parse(result.out), &frames = json["frames"];
+  ASSERT_EQ(frames.size(), 3u);
+  for (int i = 0; i < 3; ++i) {
+    EXPECT_EQ(frames[i]["frame"], 8 + i);
+    EXPECT_NEAR(frames[i]["mse"].get<double>(), 0.01 * i * i, 1e-6);
+  }
+  // Each error is .1 larger than the one before; epsilon is 1 % of the reference's square.
+  EXPECT_NEAR(frames[0]["flicker"].get<double>(), 0.01 / 1.01, 1e-6);
+  EXPECT_NEAR(frames[1]["flicker"].get<double>(), 0.01 / 1.01, 1e-6);
+  EXPECT_TRUE(frames[2]["flicker"].is_null());
+  const nlohmann::json& relmse = json["summary"]["relmse"];
+  EXPECT_NEAR(relmse["median"].get<double>(), 0.01 / 1.01, 1e-6);
+  EXPECT_NEAR(relmse["mean"].get<double>(), 0.05 / 3 / 1.01, 1e-6);
+  EXPECT_NEAR(relmse["largest"].get<double>(), 0.04 / 1.01, 1e-6);
+  const std::string chart = read_text(path("error.svg"));
+  EXPECT_TRUE(chart.starts_with("<svg")) << chart.substr(0, 80);
+  EXPECT_NE(chart.find("flicker"), std::string::npos);
+}
+
+TEST_F(CompareSequence, TableAndDifferencePictures) {
+  const RunResult result = run(words({"-o", path("d.##.exr")}));
+  ASSERT_EQ(result.exit_code, 0) << result.describe();
+  for (const char* word : {"frame", "flicker", "median", "largest", "0.00990099"}) {
+    EXPECT_NE(result.out.find(word), std::string::npos) << word << result.out;
+  }
+  EXPECT_NEAR(read_exr(path("d.10.exr")).at("R", 3, 3), 0.2f, 1e-6f);
+  EXPECT_FALSE(std::filesystem::exists(path("d.11.exr")));
+}
+
+// A gap in the sequence is not a step from frame to frame.
+TEST_F(CompareSequence, OneReferenceForAllAndGaps) {
+  std::filesystem::remove(picture("a", 9));
+  const RunResult result = run({"compare", path("shot/a.####.exr"), picture("r", 12), "--json"});
+  ASSERT_EQ(result.exit_code, 0) << result.describe();
+  const nlohmann::json frames = nlohmann::json::parse(result.out)["frames"];
+  ASSERT_EQ(frames.size(), 3u);
+  EXPECT_TRUE(frames[0]["flicker"].is_null());
+  EXPECT_TRUE(frames[1]["flicker"].is_number());
+}
+
+// The camera turns. Frames of one sequence have the same noise at each pixel, so an error stays
+// where it is on the screen, and changes along the motion.
+TEST_F(CompareSequence, FollowsVelocity) {
+  const Words turn = {"render", scene(), "--turntable", "60", "--frames", "1-2", "--size", "48x32"};
+  render(turn + Words{"--spp", "4", "--static-noise", "-o", path("t.#.exr")});
+  const Words reference = turn + Words{"--spp", "64", "--seed", "1"};
+  render(reference + Words{"--aov", "velocity", "-o", path("v.#.exr")});
+  render(reference + Words{"-o", path("still.#.exr")});
+  const auto flicker = [&](const char* against) {
+    const RunResult result = run({"compare", path("t.#.exr"), path(against), "--json"});
+    EXPECT_EQ(result.exit_code, 0) << result.describe();
+    return nlohmann::json::parse(result.out)["frames"][0]["flicker"].get<double>();
+  };
+  EXPECT_GT(flicker("v.#.exr"), 0);
+  EXPECT_NE(flicker("v.#.exr"), flicker("still.#.exr"));
+}
+
+TEST_F(CompareSequence, RejectsWhatIsNoSequence) {
+  expect_failure({"compare", path("shot/x.####.exr"), path("a.exr")}, 3, {"x.####.exr", "no file"});
+  expect_failure({"compare", path("shot/a.####.exr"), path("gone/r.####.exr")}, 3,
+                 {"gone/r.####.exr"});
+  expect_failure({"compare", path("a.exr"), path("shot/r.####.exr")}, 2, {"r.####.exr", "a.exr"});
+  expect_failure({"compare", path("#/a.exr"), path("a.exr")}, 2, {"folder"});
+  expect_failure({"compare", path("a.exr"), path("b.exr"), "--chart", path("c.svg")}, 2,
+                 {"--chart"});
+  expect_failure(words({"-o", path("d.png")}), 2, {"d.png", "####"});
+  std::filesystem::remove(picture("a", 11));
+  write_floats(picture("a", 9), 8, 8, 3, std::vector<float>(8 * 8 * 3, 1));
+  expect_failure(words(), 3, {"0009.exr", "8 x 8"});
+  std::filesystem::remove(picture("r", 8));
+  std::filesystem::remove(picture("r", 9));
+  std::filesystem::remove(picture("r", 10));
+  expect_failure(words(), 3, {"r.####.exr", "no frame"});
 }
 
 TEST_F(Compare, RejectsIncomparablePictures) {
