@@ -65,6 +65,8 @@ RenderOptions main_options(const ViewSettings& settings) {
   if (const std::optional<double> budget = std::exchange(options.time_budget_s, std::nullopt)) {
     options.time_limit_s = std::min(*budget, options.time_limit_s.value_or(*budget));
   }
+  // The time of the scene is an edit, which need not be at a frame.
+  options.frame.reset();
   options.catchers.clear();
   options.holdouts.clear();
   options.plan.clear();
