@@ -27,6 +27,7 @@ bool same_samples(const RenderOptions& a, const RenderOptions& b) {
 RenderPlan plan_of(RenderOptions options, const ViewSettings& settings) {
   options.light_groups = false;
   options.half.clear();
+  options.frame.reset();  // an edit sets the time, which need not be that of a frame
   return RenderPlan(options, {.aovs = required_aovs(settings),
                               .find_empty_pixels = false,
                               .keep_tree = settings.overlay == ViewOverlay::kTree});
@@ -65,8 +66,6 @@ RenderOptions main_options(const ViewSettings& settings) {
   if (const std::optional<double> budget = std::exchange(options.time_budget_s, std::nullopt)) {
     options.time_limit_s = std::min(*budget, options.time_limit_s.value_or(*budget));
   }
-  // The time of the scene is an edit, which need not be at a frame.
-  options.frame.reset();
   options.catchers.clear();
   options.holdouts.clear();
   options.plan.clear();
