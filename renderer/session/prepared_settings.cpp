@@ -27,7 +27,7 @@ bool same_samples(const RenderOptions& a, const RenderOptions& b) {
 RenderPlan plan_of(RenderOptions options, const ViewSettings& settings) {
   options.light_groups = false;
   options.half.clear();
-  options.frame.reset();  // an edit sets the time, which need not be that of a frame
+  options.static_noise = true;  // edits set time and view, which need not be those of a frame
   return RenderPlan(options, {.aovs = required_aovs(settings),
                               .find_empty_pixels = false,
                               .keep_tree = settings.overlay == ViewOverlay::kTree});
