@@ -16,14 +16,15 @@ program=build/release/bin/emberline
 long() { EMBERLINE_LONG_TESTS=1 ctest --preset release -j "$(nproc)"; }
 bench() { cmake --build --preset release --target check_bench; }
 # Kills each of the three drivers 100 times. ctest kills each driver only 8 times.
-kills() { EMBERLINE_LONG_TESTS=1 tests/farm/kills.py $program scenes --kills 300; }
+kills() { EMBERLINE_LONG_TESTS=1 python3 tests/farm/kills.py $program scenes --kills 300; }
 checkpoints() {
   export EMBERLINE_LONG_TESTS=1  # makes disk.py and stops.py run every case
-  tests/farm/damage.py $program scenes --flips 1000 --stride 1 &&
-    tests/farm/hostile.py $program scenes --mutations 1000 && tests/farm/outputs.py $program scenes &&
-    tests/farm/disk.py $program scenes && tests/farm/stops.py $program scenes
+  for script in "damage.py --flips 1000 --stride 1" "hostile.py --mutations 1000" outputs.py disk.py stops.py; do
+    read -ra words <<< "$script"
+    python3 "tests/farm/${words[0]}" $program scenes "${words[@]:1}" || return 1
+  done
 }
-bombs() { tests/failure/bombs.py $program; }
+bombs() { python3 tests/failure/bombs.py $program; }
 # Tests that measure time, stop a render, or watch one.
 timed='Stop|Signal|AtOnce|TimeLimit|Timeout|OutOfTime|TimesAddUp|FirstSample|Snapshots|WantedPicture|Abandoned'
 timed+='|Watched|StaticParts|WaitFor|Tev|Viewer|Session|Forecast|python_threads|farm_|session_|pictures_test|^window$'

@@ -181,6 +181,9 @@ py::str text(std::string_view bytes) {
 }
 
 void init_calls() {
+  // It registers functions that run before and after a fork. If a call imported it while another
+  // thread forks, only those after the fork would run.
+  py::module_::import("logging");
   api::set_log([](api::Message kind, std::string_view message) {
     const std::lock_guard lock(messages().mutex);
     messages().queued.emplace_back(kind, message);
