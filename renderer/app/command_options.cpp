@@ -308,7 +308,7 @@ void add_view_options(CLI::App* app, ViewOptions& o) {
                "The scene: a .gltf or .glb file. Without one, open it in the window.");
   add_settings_file(app, r);
   add_window_options(app, o);
-  add_live_options(app, r, {"driver"});
+  add_live_options(app, r, {"driver", "static-noise"});
   app->footer(
       "emberline view scene.glb\n"
       "emberline view scene.glb --env sky.hdr --size 1920x1080");
@@ -338,7 +338,7 @@ void add_session_options(CLI::App* app, SessionOptions& o) {
   add_flag(app, "--denoise", o.denoise,
            {.section = H::kSession,
             .full = "Denoise the pictures that the host gets. Saved pictures are not denoised."});
-  add_live_options(app, o.render, {"driver", "edits", "panorama", "working-space"});
+  add_live_options(app, o.render, {"driver", "edits", "panorama", "static-noise", "working-space"});
 }
 
 }  // namespace emberline

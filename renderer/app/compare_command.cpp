@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 #include <numeric>
 #include <optional>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -19,6 +20,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/log.h"
+#include "renderer/core/rect_values.h"
 #include "renderer/core/utf8.h"
 #include "renderer/engine/worker_threads.h"
 #include "renderer/output/flip_picture.h"
@@ -118,8 +120,14 @@ ComparedFrame compare_frame(const CompareOptions& options, bool explains, bool r
   const RgbFile& image = frame.image;
   choice.is_reference = true;
   RgbFile reference = read_rgb(options.reference, progress, choice);
-  const bool moves = reference.crop == image.crop && !reference.motion.empty();
-  frame.motion = std::move(moves ? reference.motion : frame.image.motion);
+  frame.motion = std::exchange(frame.image.motion, {});
+  const bool is_same_frame =
+      reference.frame_width == image.frame_width && reference.frame_height == image.frame_height;
+  if (!reference.motion.empty() && is_same_frame &&
+      reference.crop.intersect(image.crop) == image.crop) {
+    frame.motion = {extract_rect(reference.motion.right, reference.crop, image.crop),
+                    extract_rect(reference.motion.down, reference.crop, image.crop)};
+  }
   frame.reference = reference_pixels(std::move(reference), options.image, image.crop,
                                      image.frame_width, image.frame_height);
   if (explains && options.layer.empty() && image.has_denoised) {
@@ -181,17 +189,55 @@ std::vector<int> frames_to_compare(const CompareOptions& options) {
   return both;
 }
 
-std::vector<SequenceRow> compare_sequence(const CompareOptions& options) {
+CompareOptions options_of_frame(const CompareOptions& options, int number) {
+  CompareOptions one = options;
+  one.image = expand_frame_number(options.image, number);
+  if (is_sequence(options.reference)) {
+    one.reference = expand_frame_number(options.reference, number);
+  }
+  one.difference = expand_frame_number(options.difference, number);
+  return one;
+}
+
+// Throws UsageError if an output is one of the pictures or another output.
+void check_files(const CompareOptions& options, std::span<const int> frames) {
+  FileRegister files;
+  const char* const kInput = "it is one of the pictures compared";
+  files.read(options.reference, kInput);
+  for (const int number : frames) {
+    const CompareOptions one = options_of_frame(options, number);
+    files.read(one.image, kInput);
+    files.read(one.reference, kInput);
+  }
+  for (const int number : frames) {
+    const std::string difference = options_of_frame(options, number).difference;
+    if (!difference.empty()) files.write("-o", difference);
+  }
+  if (!options.chart.empty()) files.write("--chart", options.chart);
+}
+
+// Returns the flicker between two consecutive frames, or nullopt if it cannot be measured.
+std::optional<Flicker> flicker_between(const ComparedFrame& frame, const ComparedFrame& next) {
+  if (frame.image.crop != next.image.crop) {
+    log_info(
+        fmt::format("{}: no flicker, because the frame before has other pixels", next.image.path));
+    return std::nullopt;
+  }
+  const Flicker measured =
+      flicker({frame.image.pixels, frame.reference, frame.motion},
+              {next.image.pixels, next.reference, next.motion}, frame.metrics.rel_mse_epsilon);
+  return measured.share > 0 ? std::optional(measured) : std::nullopt;
+}
+
+std::vector<SequenceRow> compare_frames(const CompareOptions& options,
+                                        std::span<const int> frames) {
   std::vector<SequenceRow> rows;
   std::optional<ComparedFrame> last;
-  for (const int number : frames_to_compare(options)) {
-    CompareOptions one = options;
-    for (std::string* name : {&one.image, &one.reference, &one.difference}) {
-      if (is_sequence(*name)) *name = expand_frame_number(*name, number);
-    }
+  for (const int number : frames) {
+    const CompareOptions one = options_of_frame(options, number);
     const LoadProgress progress({}, {}, limits_of(options.limits, one.image));
     if (last) {
-      constexpr uint64_t kBytesPerPixel = 8 * sizeof(float);
+      constexpr uint64_t kBytesPerPixel = 8 * sizeof(float);  // two pictures and the motion
       progress.budget()->reserve(MemoryPart::kFilm,
                                  bytes_of(last->reference.rgb.size() / 3, kBytesPerPixel),
                                  "the frame before " + one.image);
@@ -199,17 +245,18 @@ std::vector<SequenceRow> compare_sequence(const CompareOptions& options) {
     ComparedFrame frame = compare_frame(one, rows.empty(), true, progress);
     SequenceRow row{number, {{"frame", number}}};
     add_metrics(frame.image.pixels, frame.metrics, &row.json);
-    row.json["flicker"] = nullptr;
+    row.json["flicker"] = row.json["flicker_share"] = nullptr;
     if (last && number == rows.back().frame + 1) {
-      if (last->image.crop != frame.image.crop) {
-        throw InputError(one.image, "the frame before has another size");
+      if (const std::optional<Flicker> measured = flicker_between(*last, frame)) {
+        rows.back().json["flicker"] = measured->value;
+        rows.back().json["flicker_share"] = measured->share;
       }
-      rows.back().json["flicker"] = flicker({last->image.pixels, last->reference, last->motion},
-                                            {frame.image.pixels, frame.reference, frame.motion},
-                                            last->metrics.rel_mse_epsilon);
     }
     rows.push_back(std::move(row));
     last = std::move(frame);
+  }
+  if (last && last->motion.empty() && rows.size() > 1) {
+    log_info("the pictures have no layer velocity; flicker is measured as if nothing moved");
   }
   return rows;
 }
@@ -247,8 +294,8 @@ void print_sequence(const CompareOptions& options, const std::vector<SequenceRow
     fmt::format_to(out, "{:>9}", name);
     for (const char* metric : kSequenceMetrics) {
       const Json number = value(metric);
-      text += number.is_number() ? fmt::format("{:>16.6g}", number.template get<double>())
-                                 : fmt::format("{:>16}", "-");
+      const double shown = number.is_number() ? number.template get<double>() : ErrorMetrics::kNone;
+      text += std::isfinite(shown) ? fmt::format("{:>16.6g}", shown) : fmt::format("{:>16}", "-");
     }
     text += '\n';
   };
@@ -263,9 +310,10 @@ void print_sequence(const CompareOptions& options, const std::vector<SequenceRow
     });
   }
   text +=
-      "\nflicker: how much the error changes until the next frame, as relmse_trimmed, at points\n"
-      "that move with the scene. Errors that are independent in each frame give the sum of their\n"
-      "relmse; errors that stick to things give 0.\n";
+      "\nflicker: how much the relative error changes until the next frame, at points that move\n"
+      "with the scene, without the worst 0.1 % of the pixels. Independent errors give about the "
+      "sum\n"
+      "of both relmse_trimmed; errors that move with things give about 0.\n";
   print_result(text);
 }
 
@@ -289,9 +337,12 @@ int run_sequence(const CompareOptions& options) {
     throw UsageError("-o: {} needs a frame number, such as ####, as the pictures have",
                      options.difference);
   }
-  const std::vector<SequenceRow> rows = compare_sequence(options);
-  if (!options.chart.empty()) write_chart(options.chart, rows);
+  if (!options.chart.empty()) check_writable(options.chart);
+  const std::vector<int> frames = frames_to_compare(options);
+  check_files(options, frames);
+  const std::vector<SequenceRow> rows = compare_frames(options, frames);
   print_sequence(options, rows);
+  if (!options.chart.empty()) write_chart(options.chart, rows);
   return kExitDone;
 }
 
@@ -300,23 +351,20 @@ int run_sequence(const CompareOptions& options) {
 int run_compare(const CompareOptions& options) {
   const WorkerThreads workers(0);
   if (!std::isfinite(options.exposure)) throw UsageError("--exposure must be a finite number");
-  const bool has_frames = is_sequence(options.image);
-  FileRegister files;
-  if (!options.difference.empty()) {
-    check_picture_format(options.difference, {});
-    files.write("-o", options.difference);
+  if (!options.difference.empty()) check_picture_format(options.difference, {});
+  if (!options.chart.empty() && lower_suffix(options.chart) != ".svg") {
+    throw UsageError("--chart: {} is no .svg file", options.chart);
   }
-  if (!options.chart.empty()) {
-    if (!has_frames) throw UsageError("--chart needs a sequence, such as shot.####.exr");
-    files.write("--chart", options.chart);
-  }
-  for (const std::string& input : {options.image, options.reference}) {
-    files.read(input, "it is one of the pictures compared");
-  }
-  if (has_frames) return run_sequence(options);
+  if (is_sequence(options.image)) return run_sequence(options);
+  if (!options.chart.empty()) throw UsageError("--chart needs a sequence, such as shot.####.exr");
   if (is_sequence(options.reference)) {
     throw UsageError("{} is a sequence, but {} is not", options.reference, options.image);
   }
+  FileRegister files;
+  for (const std::string& input : {options.image, options.reference}) {
+    files.read(input, "it is one of the pictures compared");
+  }
+  if (!options.difference.empty()) files.write("-o", options.difference);
   const LoadProgress progress({}, {}, limits_of(options.limits, options.image));
   const ComparedFrame frame = compare_frame(options, true, false, progress);
   if (options.json) {

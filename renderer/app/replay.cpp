@@ -9,6 +9,7 @@
 #include "renderer/core/errors.h"
 #include "renderer/core/option_values.h"
 #include "renderer/core/shortened.h"
+#include "renderer/engine/setting_table.h"
 
 namespace emberline {
 
@@ -32,7 +33,12 @@ int CommandFrame::replay() {
   std::string text;
   const auto out = std::back_inserter(text);
   fmt::format_to(out, "pixel {},{} sample {} seed {}", x, y, sample, options_.seed);
-  if (const int64_t number = frame_number(options_)) fmt::format_to(out, " frame {}", number);
+  if (sampling_seed(options_) != options_.seed) {
+    for (const char* name : {"frame", "turntable"}) {
+      const std::string value = find_setting(name)->text(options_);
+      if (!value.empty()) fmt::format_to(out, " {} {}", name, value);
+    }
+  }
   text += '\n';
   fmt::format_to(
       out, "ray origin {:.9g} {:.9g} {:.9g} direction {:.9g} {:.9g} {:.9g} (internal space)\n",

@@ -284,11 +284,12 @@ void add_compare_options(CLI::App* app, CompareOptions& o) {
   add_argument(app, "reference", o.reference, "The picture or the sequence to compare it with.")
       ->required();
   add_json(app, o.json);
-  add_text(app, "-o,--difference", o.difference, "FILE",
-           {.section = H::kOutput,
-            .brief = "picture of the difference: FLIP as .png, signed as .exr",
-            .full = "Write a picture of the difference: a .png file shows FLIP in false colour, an "
-                    ".exr file has the signed difference."});
+  add_text(
+      app, "-o,--difference", o.difference, "FILE",
+      {.section = H::kOutput,
+       .brief = "picture of the difference: FLIP as .png, signed as .exr",
+       .full = "Write a picture of the difference: a .png file shows FLIP in false colour, an "
+               ".exr file has the signed difference. For a sequence, the name needs ####, too."});
   add_number(app, "--exposure", o.exposure, -64.0f, 64.0f,
              {.section = H::kOutput,
               .brief = "brighten both pictures by this many stops for FLIP, SSIM, PSNR",

@@ -209,22 +209,18 @@ int64_t frame_number(const FrameSettings& settings) {
 }
 
 uint32_t sampling_seed(const FrameSettings& settings) {
-  constexpr uint32_t kFrames = 0xf4a3e5u;  // other seeds are hashed from small numbers, too
   if (settings.static_noise) return settings.seed;
-  uint32_t seed = settings.seed;
-  const auto add = [&](int64_t number) {
-    if (number == 0) return;
+  const auto add = [](uint32_t seed, int64_t number) {
+    constexpr uint32_t kFrames = 0xf4a3e5u;  // other seeds are hashed from small numbers, too
     const auto bits = uint64_t(number);
-    seed = hash_combine(hash_combine(hash_combine(seed, kFrames), uint32_t(bits)),
-                        uint32_t(bits >> 32));
+    seed = hash_combine(hash_combine(seed, kFrames), uint32_t(bits));
+    return hash_combine(seed, uint32_t(bits >> 32));
   };
   const int64_t number = frame_number(settings);
-  add(number);
+  const uint32_t seed = number == 0 ? settings.seed : add(settings.seed, number);
   // The camera can turn around a scene that stands still at one frame of its animation.
-  if (settings.turntable && settings.turntable->frame.value_or(number) != number) {
-    add(*settings.turntable->frame);
-  }
-  return seed;
+  const int64_t turned = settings.turntable ? settings.turntable->frame.value_or(number) : number;
+  return turned == number ? seed : add(seed, turned);
 }
 
 const DriverEntry& driver_of(const FrameSettings& settings) {

@@ -98,12 +98,13 @@ struct RenderPlan {
   std::unique_ptr<Sampler> sampler;
 };
 
-// Returns the number of the frame in its animation: `frame` rounded down, or the frame of the
-// turntable. Returns 0 if there is neither.
+// Returns the number of the frame in its animation: `frame` rounded down, or else the frame of the
+// turntable, which is 1 if it has none. Returns 0 if there is neither.
 int64_t frame_number(const FrameSettings& settings);
 
 // Returns the seed of all samples. It differs between the frames of an animation, except with
-// `static-noise`, so that their noise is independent. It is `seed` for frame 0.
+// `static-noise`, so that their noise is independent. It is `seed` for frame 0 without another
+// frame of a turntable.
 uint32_t sampling_seed(const FrameSettings& settings);
 
 // Returns the driver of frames with these settings. Throws UsageError for an unknown name.

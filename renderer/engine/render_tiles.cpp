@@ -75,7 +75,8 @@ void RenderJob::render_tile(RenderLoop& loop, TileOwner& owner, RenderWorker& wo
 // Renders these samples of a few pixels in each tile.
 void RenderJob::measure_tiles(RenderLoop& loop, std::span<const Rect> tiles, uint32_t first_sample,
                               uint32_t samples, std::span<TileCost> costs) const {
-  constexpr double kPixels = 128;
+  // The least share of a tile's pixels, which is that of small tiles, and their largest number.
+  constexpr double kShare = 1.0 / 32, kPixels = 128;
   std::atomic<size_t> next{0};
   SilentSink sink;
   loop.run_workers(tiles.size(), [&](RenderWorker& worker, const auto& should_continue) {
@@ -85,7 +86,8 @@ void RenderJob::measure_tiles(RenderLoop& loop, std::span<const Rect> tiles, uin
       const size_t i = next.fetch_add(1, std::memory_order_relaxed);
       if (i >= tiles.size()) break;
       const Rect& tile = tiles[i];
-      const int step = std::max(1, int(std::sqrt(double(tile.area()) / kPixels)));
+      const int step =
+          std::max(1, int(std::sqrt(std::max(1 / kShare, double(tile.area()) / kPixels))));
       list.clear();
       for (int y = tile.y0 + step / 2; y < tile.y1; y += step) {
         for (int x = tile.x0 + step / 2; x < tile.x1; x += step) {
@@ -106,16 +108,19 @@ void RenderJob::measure_tiles(RenderLoop& loop, std::span<const Rect> tiles, uin
   });
 }
 
-// Measuring takes about a hundredth of the time. The first samples are slower than later ones.
+// Measures three times, since the first samples are slower than later ones, and then for about a
+// hundredth of the time. A single measurement takes about a sixth of a sample per pixel.
 void RenderJob::begin_budget(RenderLoop& loop, std::span<const Rect> tiles,
                              std::optional<TileBudget>& budget) const {
   constexpr uint32_t kSamples = 4, kMinSamplesPerPixel = 12, kMaxSamplesPerPixel = 96;
+  constexpr double kMinTime = 0.01, kMaxTime = 0.04;
   const double seconds = frame_.time_budget_s;
   const Stopwatch watch;
   std::vector<TileCost> costs(tiles.size());
   for (uint32_t done = 0; done < kMaxSamplesPerPixel && !loop.stop.stop_requested();
        done += kSamples) {
-    if (done >= kMinSamplesPerPixel && watch.seconds() > 0.01 * seconds) break;
+    const double limit = done < kMinSamplesPerPixel ? kMaxTime : kMinTime;
+    if (done > 0 && watch.seconds() > limit * seconds) break;
     measure_tiles(loop, tiles, done, kSamples, costs);
   }
   // Rows of a tile are shared, so even a few tiles occupy all workers.

@@ -476,7 +476,9 @@ std::vector<Setting> sample_settings() {
           {.section = H::kSamples, .full = "Set the width and height of a bucket in pixels."}),
       choice<&S::bucket_order>(
           "bucket-order", kSchedule, "order",
-          {.section = H::kSamples, .full = "Choose the order in which buckets are rendered."},
+          {.section = H::kSamples,
+           .full = "Choose the order in which buckets are rendered. A frame with `time-budget` "
+                   "has an order of its own."},
           bucket_order_table()),
       choice<&S::bisection_axis>(
           "bisection-axis", kSchedule, "axis",

@@ -164,7 +164,7 @@ FrameMerge::FrameMerge(const std::vector<std::string>& paths, bool allow_holes, 
     budget.reserve(MemoryPart::kFilm, lists, first().path());
   }
   tiles_ = bucket_schedule(first().plan().crop, first().tile_size(), settings.bucket_order,
-                           settings.seed);
+                           first().plan().seed);
   for (const auto& frame : frames_) {
     check_stop();
     frame->load_film(budget);

@@ -69,10 +69,15 @@ ImageLayer choose_layer(const FloatImage& file, const std::string& path,
 }
 
 // Returns the motion in the layer `velocity`, or an empty one if the file has none.
-PixelMotion motion_of(const FloatImage& file) {
+PixelMotion motion_of(const FloatImage& file, const LoadProgress& progress,
+                      const std::string& path) {
   const int right = file.find_channel("velocity.X"), up = file.find_channel("velocity.Y");
   PixelMotion motion;
   if (right < 0 || up < 0) return motion;
+  const size_t pixels = size_t(file.width) * size_t(file.height);
+  progress.budget()->reserve(MemoryPart::kTextures, bytes_of(pixels, 2 * sizeof(float)), path);
+  motion.right.reserve(pixels);
+  motion.down.reserve(pixels);
   for (size_t i = 0; i < file.values.size(); i += size_t(file.channels())) {
     motion.right.push_back(file.values[i + size_t(right)]);
     motion.down.push_back(-file.values[i + size_t(up)]);
@@ -135,7 +140,7 @@ RgbFile read_rgb(const std::string& path, const LoadProgress& progress, const La
     const Rgb rgb = *to_rec709 * Rgb(p[0], p[1], p[2]);
     std::copy_n(&rgb.x, 3, p);
   }
-  if (choice.reads_motion) result.motion = motion_of(file);
+  if (choice.reads_motion) result.motion = motion_of(file, progress, path);
   progress.budget()->release(MemoryPart::kTextures, file.values.size() * sizeof(float));
   return result;
 }

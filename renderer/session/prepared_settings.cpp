@@ -27,7 +27,6 @@ bool same_samples(const RenderOptions& a, const RenderOptions& b) {
 RenderPlan plan_of(RenderOptions options, const ViewSettings& settings) {
   options.light_groups = false;
   options.half.clear();
-  options.static_noise = true;  // edits set time and view, which need not be those of a frame
   return RenderPlan(options, {.aovs = required_aovs(settings),
                               .find_empty_pixels = false,
                               .keep_tree = settings.overlay == ViewOverlay::kTree});
@@ -72,7 +71,8 @@ RenderOptions main_options(const ViewSettings& settings) {
   options.cryptomatte_levels = FrameSettings().cryptomatte_levels;
   // With kGuided, every change of view would have to wait for a new survey.
   options.environment_sampling = EnvironmentSampling::kByLight;
-  options.denoise = false;  // may come from --settings; ViewSettings::denoise replaces it
+  options.static_noise = true;  // edits set time and view, which need not be those of a frame
+  options.denoise = false;      // may come from --settings; ViewSettings::denoise replaces it
   const bool is_limited = options.noise_threshold || options.max_spp || driver.tiles;
   if (!options.spp && !is_limited) options.spp = kViewSamples;
   return options;

@@ -1,9 +1,9 @@
 #include "renderer/statistics/flicker.h"
 
+#include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <cstddef>
-#include <limits>
 #include <optional>
 
 #include "renderer/statistics/row_sums.h"
@@ -15,7 +15,7 @@ namespace {
 // or is covered there.
 std::optional<size_t> moved_pixel(const SequenceFrame& frame, const SequenceFrame& next, int x,
                                   int y) {
-  constexpr float kSameMotion = 1;  // pixels
+  constexpr float kSamePixels = 1, kSameShare = 0.25f;
   const int width = frame.image.width, height = frame.image.height;
   const size_t i = size_t(y) * size_t(width) + size_t(x);
   if (frame.motion.empty()) return i;
@@ -25,18 +25,25 @@ std::optional<size_t> moved_pixel(const SequenceFrame& frame, const SequenceFram
     return std::nullopt;
   }
   const size_t j = size_t(to_y) * size_t(width) + size_t(to_x);
-  const bool is_same = next.motion.empty() || std::hypot(next.motion.right[j] - right,
-                                                         next.motion.down[j] - down) <= kSameMotion;
+  const float same = std::max(kSamePixels, kSameShare * std::hypot(right, down));
+  const bool is_same = next.motion.empty() ||
+                       std::hypot(next.motion.right[j] - right, next.motion.down[j] - down) <= same;
   return is_same ? std::optional(j) : std::nullopt;
+}
+
+double relative_error(const SequenceFrame& frame, size_t i, double epsilon) {
+  const double r = double(frame.reference.rgb[i]);
+  return (double(frame.image.rgb[i]) - r) / std::sqrt(r * r + epsilon);
 }
 
 }  // namespace
 
-double flicker(const SequenceFrame& frame, const SequenceFrame& next, double epsilon) {
+Flicker flicker(const SequenceFrame& frame, const SequenceFrame& next, double epsilon) {
   const int width = frame.image.width, height = frame.image.height;
   assert(next.image.width == width && next.image.height == height);
   constexpr double kSkipped = -1;
   std::vector<double> values(size_t(width) * size_t(height), kSkipped);
+  const auto pixels = double(values.size());
   for_each_row(height, [&](int y) {
     for (int x = 0; x < width; ++x) {
       const std::optional<size_t> to = moved_pixel(frame, next, x, y);
@@ -44,18 +51,17 @@ double flicker(const SequenceFrame& frame, const SequenceFrame& next, double eps
       const size_t from = size_t(y) * size_t(width) + size_t(x);
       double sum = 0;
       for (size_t c = 0; c < 3; ++c) {
-        const size_t i = 3 * from + c, j = 3 * *to + c;
-        const double r = double(frame.reference.rgb[i]);
-        const double change = double(next.image.rgb[j]) - double(next.reference.rgb[j]) -
-                              (double(frame.image.rgb[i]) - r);
-        sum += change * change / (r * r + epsilon);
+        const double before = relative_error(frame, 3 * from + c, epsilon);
+        const double change = relative_error(next, 3 * *to + c, epsilon) - before;
+        sum += change * change;
       }
       if (std::isfinite(sum)) values[from] = sum / 3;
     }
   });
   std::erase(values, kSkipped);
-  return values.empty() ? std::numeric_limits<double>::quiet_NaN()
-                        : trimmed_mean(std::move(values));
+  if (values.empty()) return {};
+  const double share = double(values.size()) / pixels;
+  return {trimmed_mean(std::move(values)), share};
 }
 
 }  // namespace emberline

@@ -23,14 +23,20 @@ struct SequenceFrame {
   const PixelMotion& motion;
 };
 
-// Returns the mean of ((x' - r')(q) - (x - r)(p))^2 / (r(p)^2 + epsilon) over all pixels p and
-// channels, without the worst 0.1 % of the pixels, where x' and r' belong to the next frame and q
-// is the pixel to which p moves. `epsilon` is that of the frame's relMSE. If the errors of both
-// frames are independent, this is the sum of their relMSE; if they stick to things, it is 0.
+struct Flicker {
+  double value = ErrorMetrics::kNone;  // NaN if no pixel was measured
+  double share = 0;                    // of the pixels that were measured
+};
+
+// Returns the mean of (e'(q) - e(p))^2 over all pixels p and channels, without the worst 0.1 % of
+// the pixels. e = (x - r) / sqrt(r^2 + epsilon) is the relative error of a pixel, so that e^2 is
+// that of relMSE; e' belongs to the next frame; q is the pixel to which p moves. If the errors of
+// both frames are independent, this is about the sum of their trimmed relMSE; if they move with
+// things, it is near 0.
 //
 // Skips pixels with a NaN or infinity, pixels that leave the picture, and those that something
-// else covers in the next frame: whose motion differs by more than a pixel from that at q. Returns
-// NaN if no pixel remains. Runs in parallel; the bits do not depend on the number of threads.
-double flicker(const SequenceFrame& frame, const SequenceFrame& next, double epsilon);
+// else covers in the next frame: whose motion differs from that at q by more than a pixel and more
+// than a quarter. Runs in parallel; the bits do not depend on the number of threads.
+Flicker flicker(const SequenceFrame& frame, const SequenceFrame& next, double epsilon);
 
 }  // namespace emberline

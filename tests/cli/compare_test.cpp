@@ -2,8 +2,10 @@
 #include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <tuple>
 
 #include "cli/command_test.h"
+#include "io/exr/writer.h"
 
 namespace emberline::test {
 namespace {
@@ -109,6 +111,7 @@ TEST_F(CompareSequence, MeasuresTheFramesThatBothHave) {
   // Each error is .1 larger than the one before; epsilon is 1 % of the reference's square.
   EXPECT_NEAR(frames[0]["flicker"].get<double>(), 0.01 / 1.01, 1e-6);
   EXPECT_NEAR(frames[1]["flicker"].get<double>(), 0.01 / 1.01, 1e-6);
+  EXPECT_EQ(frames[0]["flicker_share"], 1.0);
   EXPECT_TRUE(frames[2]["flicker"].is_null());
   const nlohmann::json& relmse = json["summary"]["relmse"];
   EXPECT_NEAR(relmse["median"].get<double>(), 0.01 / 1.01, 1e-6);
@@ -140,21 +143,72 @@ TEST_F(CompareSequence, OneReferenceForAllAndGaps) {
   EXPECT_TRUE(frames[1]["flicker"].is_number());
 }
 
-// The camera turns. Frames of one sequence have the same noise at each pixel, so an error stays
-// where it is on the screen, and changes along the motion.
+// An error moves 3 pixels to the right and 2 up, as `velocity` says, and not as its opposite says.
+// A crop of the picture takes the motion of its own pixels.
 TEST_F(CompareSequence, FollowsVelocity) {
-  const Words turn = {"render", scene(), "--turntable", "60", "--frames", "1-2", "--size", "48x32"};
-  render(turn + Words{"--spp", "4", "--static-noise", "-o", path("t.#.exr")});
-  const Words reference = turn + Words{"--spp", "64", "--seed", "1"};
-  render(reference + Words{"--aov", "velocity", "-o", path("v.#.exr")});
-  render(reference + Words{"-o", path("still.#.exr")});
-  const auto flicker = [&](const char* against) {
-    const RunResult result = run({"compare", path("t.#.exr"), path(against), "--json"});
+  constexpr int kWidth = 24, kHeight = 16;
+  const auto write_frame = [&](const std::string& name, const Rect& window, int x, int y,
+                               float up) {
+    const ExrHeader header = {.width = kWidth,
+                              .height = kHeight,
+                              .data_window = window,
+                              .channels = {{"R"}, {"G"}, {"B"}, {"velocity.X"}, {"velocity.Y"}},
+                              .attributes = {}};
+    std::vector<float> pixels;
+    for (size_t i = 0; i < size_t(window.area()); ++i) {
+      const float value = window.x_of(i) == x && window.y_of(i) == y ? 2 : 1;
+      // Only the lower half of the frame moves.
+      const bool moves = window.y_of(i) >= kHeight / 2;
+      pixels.insert(pixels.end(), {value, value, value, moves ? 3.0f : 0, moves ? up : 0});
+    }
+    write_exr_file(path(name), header, pixels);
+  };
+  const auto flicker = [&](const char* image, const char* reference) {
+    const RunResult result = run({"compare", path(image), path(reference), "--json"});
     EXPECT_EQ(result.exit_code, 0) << result.describe();
     return nlohmann::json::parse(result.out)["frames"][0]["flicker"].get<double>();
   };
-  EXPECT_GT(flicker("v.#.exr"), 0);
-  EXPECT_NE(flicker("v.#.exr"), flicker("still.#.exr"));
+  const Rect whole = {0, 0, kWidth, kHeight}, part = {6, 4, 22, 16};
+  for (const auto& [number, x, y] : {std::tuple{"1", 10, 13}, {"2", 13, 11}}) {
+    const std::string end = std::string(number) + ".exr";
+    write_frame("moved." + end, whole, x, y, 2);
+    write_frame("part." + end, part, x, y, 0);
+    write_frame("up." + end, whole, -1, -1, 2);
+    write_frame("down." + end, whole, -1, -1, -2);
+  }
+  EXPECT_EQ(flicker("moved.#.exr", "up.#.exr"), 0);
+  EXPECT_GT(flicker("moved.#.exr", "down.#.exr"), 0.001);
+  EXPECT_EQ(flicker("part.#.exr", "up.#.exr"), 0);
+  EXPECT_GT(flicker("part.#.exr", "down.#.exr"), 0.001);
+}
+
+// No output may replace a picture that is compared, whichever frame it belongs to.
+TEST_F(CompareSequence, KeepsItsInputs) {
+  std::filesystem::remove(picture("a", 11));  // so that the log has only the error
+  const Words own = {"compare", path("shot/a.####.exr"), path("shot/r.####.exr")};
+  expect_failure(own + Words{"-o", path("shot/a.####.exr")}, 2, {"a.0008.exr", "compared"});
+  expect_failure(own + Words{"-o", path("shot/r.00##.exr")}, 2, {"r.0008.exr", "compared"});
+  expect_failure(
+      {"compare", path("shot/a.####.exr"), picture("r", 9), "-o", path("shot/r.####.exr")}, 2,
+      {"r.0009.exr", "compared"});
+  std::filesystem::create_hard_link(picture("a", 9), path("chart.svg"));
+  expect_failure(own + Words{"--chart", path("chart.svg")}, 2, {"chart.svg", "compared"});
+  expect_failure(own + Words{"--chart", path("none/c.svg")}, 1, {"none/c.svg"});
+  expect_failure(own + Words{"--chart", path("c.png")}, 2, {"c.png", ".svg"});
+}
+
+// A frame of another size is measured, but has no flicker.
+TEST_F(CompareSequence, AFrameOfAnotherSize) {
+  for (const char* name : {"a", "r"}) {
+    write_floats(picture(name, 9), 8, 8, 3, std::vector<float>(8 * 8 * 3, 1));
+  }
+  const RunResult result = run(words({"--json"}));
+  ASSERT_EQ(result.exit_code, 0) << result.describe();
+  EXPECT_NE(result.err.find("a.0009.exr: no flicker"), std::string::npos) << result.err;
+  const nlohmann::json frames = nlohmann::json::parse(result.out)["frames"];
+  ASSERT_EQ(frames.size(), 3u);
+  EXPECT_EQ(frames[1]["width"], 8);
+  for (const nlohmann::json& frame : frames) EXPECT_TRUE(frame["flicker"].is_null());
 }
 
 TEST_F(CompareSequence, RejectsWhatIsNoSequence) {

@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <chrono>
+#include <cmath>
 #include <csignal>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "cli/command_test.h"
 #include "support/animated_gltf.h"
@@ -72,46 +74,55 @@ TEST_F(Range, TurntableBeginsWithTheOriginalCamera) {
   }
 }
 
-// The camera hardly moves, so that only noise differs. For independent noise, the correlation over
-// 9,216 values exceeds .05 with a probability below 1e-6; the seed is fixed.
+// Returns the correlation of two pictures' noise. Values beyond the 90th percentile are limited,
+// because otherwise a few bright pixels would decide.
+double noise_correlation(const ExrPicture& a, const ExrPicture& b, const ExrPicture& truth) {
+  const auto noise_of = [&](const ExrPicture& picture) {
+    std::vector<double> noise(picture.channels.at("R").size());
+    for (const char* c : {"R", "G", "B"}) {
+      const std::vector<float>&shown = picture.channels.at(c), &right = truth.channels.at(c);
+      for (size_t i = 0; i < noise.size(); ++i) {
+        noise[i] += double(shown[i] - right[i]) / (double(right[i]) + 0.1);
+      }
+    }
+    std::vector<double> sizes = noise;
+    for (double& size : sizes) size = std::abs(size);
+    std::ranges::sort(sizes);
+    const double limit = sizes[sizes.size() * 9 / 10];
+    for (double& value : noise) value = std::clamp(value, -limit, limit);
+    return noise;
+  };
+  const std::vector<double> x = noise_of(a), y = noise_of(b);
+  const auto product = [](const std::vector<double>& u, const std::vector<double>& v) {
+    return std::inner_product(u.begin(), u.end(), v.begin(), 0.0);
+  };
+  EXPECT_GT(product(x, x), 0);
+  return product(x, y) / std::sqrt(product(x, x) * product(y, y));
+}
+
+// The camera hardly moves, so that only noise differs. In two other scenes of this size, 28 pairs
+// of frames, or of seeds, had correlations of .02 with a standard deviation of .02 at most, as the
+// truth has noise, too. The seed is fixed.
 TEST_F(Range, EachFrameHasNoiseOfItsOwn) {
   const auto frame = [&](const Words& words) {
     render(render_words(
-        Words{"--size", "64x48", "--spp", "4", "--look-from", "0,1,3", "--look-at", "0,0.5,0"} +
+        Words{"--size", "96x72", "--spp", "4", "--look-from", "0,1,3", "--look-at", "0,0.5,0"} +
         words));
     return read_exr(path("out.exr"));
   };
-  const ExrPicture truth = frame({"--spp", "512", "--seed", "9"});
-  const auto correlation = [&](const ExrPicture& a, const ExrPicture& b) {
-    double ab = 0, aa = 0, bb = 0;
-    for (const char* c : {"R", "G", "B"}) {
-      for (int y = 0; y < 48; ++y) {
-        for (int x = 0; x < 64; ++x) {
-          // Bright pixels must not decide alone.
-          const double scale = truth.at(c, x, y) + 0.1;
-          const double noise_a = (a.at(c, x, y) - truth.at(c, x, y)) / scale;
-          const double noise_b = (b.at(c, x, y) - truth.at(c, x, y)) / scale;
-          ab += noise_a * noise_b;
-          aa += noise_a * noise_a;
-          bb += noise_b * noise_b;
-        }
-      }
-    }
-    EXPECT_GT(aa, 0);
-    return ab / std::sqrt(aa * bb);
-  };
+  const ExrPicture truth = frame({"--spp", "1024", "--seed", "9"});
   const Words one = {"--turntable", "1/1000000"}, two = {"--turntable", "2/1000000"};
-  EXPECT_LT(std::abs(correlation(frame(one), frame(two))), 0.05);
-  EXPECT_GT(correlation(frame(one + Words{"--static-noise"}), frame(two + Words{"--static-noise"})),
-            0.9);
-  EXPECT_LT(std::abs(correlation(frame(one), frame({}))), 0.05);
+  const Words still = {"--static-noise"};
+  EXPECT_LT(std::abs(noise_correlation(frame(one), frame(two), truth)), 0.12);
+  EXPECT_LT(std::abs(noise_correlation(frame(one), frame({}), truth)), 0.12);
+  EXPECT_GT(noise_correlation(frame(one + still), frame(two + still), truth), 0.9);
 }
 
 TEST_F(Range, ReplaysASampleOfAFrame) {
   const Words replay = {"--replay", "11,7,2"};
   const RunResult alone = run(range_words(Words{"--turntable", "2/4"} + replay));
   ASSERT_EQ(alone.exit_code, 0) << alone.describe();
-  EXPECT_TRUE(alone.out.starts_with("pixel 11,7 sample 2 seed 0 frame 2\n")) << alone.out;
+  EXPECT_TRUE(alone.out.starts_with("pixel 11,7 sample 2 seed 0 turntable 2/4\n")) << alone.out;
   EXPECT_EQ(run(turn(Words{"--frames", "2"} + replay)).out, alone.out);
   EXPECT_NE(run(turn(Words{"--frames", "3"} + replay)).out, alone.out);
 }

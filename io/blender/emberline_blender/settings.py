@@ -1,4 +1,6 @@
 """Defines render settings with Cycles' names and units, and converts them to command-line options."""
+import zlib
+
 import bpy
 from bpy.props import BoolProperty, EnumProperty, FloatProperty, IntProperty, PointerProperty, StringProperty
 
@@ -172,7 +174,8 @@ def _sample_options(scene, samples, seed):
 
 def options(scene):
     own = scene.emberline
-    seed = own.seed + (scene.frame_current if own.use_animated_seed else 0)
+    # A sum would give the next frame the noise that this frame has with the next seed.
+    seed = zlib.crc32(f"{own.seed} {scene.frame_current}".encode()) if own.use_animated_seed else own.seed
     arguments = ["--driver", own.driver] + _sample_options(scene, own.samples, seed)
     if own.use_noise_threshold and own.driver != "bisection":
         arguments += ["--noise-threshold", repr(own.noise_threshold)]

@@ -60,9 +60,11 @@ TEST(SamplingSeed, AFrameOfATurntableCountsAlso) {
   FrameSettings next = both;
   next.turntable->frame = 7;
   EXPECT_NE(sampling_seed(both), sampling_seed(next));
+  next.turntable->frame = 0;
+  EXPECT_NE(sampling_seed(next), sampling_seed(at_frame(8)));
 }
 
-// 20,201 seeds of 32 bits share one with a probability of 5 %; these do not. Rounds of `unbiased`
+// 20,202 seeds of 32 bits share one with a probability of 5 %; these do not. Rounds of `unbiased`
 // hash their numbers, too.
 TEST(SamplingSeed, FramesSeedsAndRoundsDiffer) {
   std::set<uint32_t> seeds;

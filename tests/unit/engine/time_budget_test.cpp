@@ -151,8 +151,11 @@ TEST(TileBudget, FirstTilesAreSpreadOverTheFrame) {
     for (size_t n = 0; n < count; ++n) tiles.push_back(budget.tile_at(n));
     std::vector<size_t> first(tiles.begin(), tiles.begin() + std::ptrdiff_t(count / 5));
     std::ranges::sort(first);
-    for (size_t i = 1; i < first.size(); ++i)
-      EXPECT_LE(first[i] - first[i - 1], std::max<size_t>(10, count / 20)) << count;
+    if (count < 5) continue;
+    const size_t limit = std::max<size_t>(10, count / 20);
+    EXPECT_LE(first.front(), limit) << count;
+    EXPECT_GE(first.back() + limit, count - 1) << count;
+    for (size_t i = 1; i < first.size(); ++i) EXPECT_LE(first[i] - first[i - 1], limit) << count;
     std::ranges::sort(tiles);
     for (size_t i = 0; i < count; ++i) EXPECT_EQ(tiles[i], i) << count;
   }
