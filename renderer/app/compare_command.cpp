@@ -311,9 +311,8 @@ void print_sequence(const CompareOptions& options, const std::vector<SequenceRow
   }
   text +=
       "\nflicker: how much the relative error changes until the next frame, at points that move\n"
-      "with the scene, without the worst 0.1 % of the pixels. Independent errors give about the "
-      "sum\n"
-      "of both relmse_trimmed; errors that move with things give about 0.\n";
+      "with the scene, without the worst 0.1 % of the pixels. Independent errors give about the\n"
+      "sum of both relmse_trimmed; errors that move with things give about 0.\n";
   print_result(text);
 }
 

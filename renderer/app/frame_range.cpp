@@ -174,6 +174,7 @@ std::vector<int> existing_frames(const std::string& name) {
     const auto [rest, fault] =
         std::from_chars(file.data() + digits, file.data() + file.size(), frame);
     if (fault != std::errc() || expand_frame_number(pattern, frame) != file) continue;
+    if (frame < -kLastFrame || frame > kLastFrame) continue;
     frames.push_back(frame);
     if (frames.size() > kMaxFrames) throw InputError(name, "more than {} frames", kMaxFrames);
   }

@@ -35,8 +35,8 @@ int CommandFrame::replay() {
   fmt::format_to(out, "pixel {},{} sample {} seed {}", x, y, sample, options_.seed);
   if (sampling_seed(options_) != options_.seed) {
     for (const char* name : {"frame", "turntable"}) {
-      const std::string value = find_setting(name)->text(options_);
-      if (!value.empty()) fmt::format_to(out, " {} {}", name, value);
+      const std::string given = find_setting(name)->text(options_);
+      if (!given.empty()) fmt::format_to(out, " {} {}", name, given);
     }
   }
   text += '\n';
