@@ -23,6 +23,10 @@ constexpr double kProbe = 1.25;
 // The fractions of the tiles' costs after which the counts are corrected.
 constexpr double kTileCorrections[] = {0.3, 0.88};
 
+// Corrections aim at this fraction of the time, because frames then end in time on average. With 1,
+// 30 frames of six scenes ended 2.4 % late on average; with 0.98, 1.3 % early.
+constexpr double kAim = 0.99;
+
 // A correction changes the count by at most this factor, as the predictions for single tiles may be
 // wrong.
 constexpr double kMaxCorrection = 4;
@@ -123,7 +127,8 @@ bool TileBudget::correct() {
     in_progress += std::min(tile.work, (now_s - tile.began_s) * pace / double(begun_.size()));
   }
   const double done = finished_ + in_progress;
-  const double wanted = ((seconds_ - now_s) * done / elapsed_s - (begun - in_progress)) / left_;
+  const double wanted =
+      ((kAim * seconds_ - now_s) * done / elapsed_s - (begun - in_progress)) / left_;
   const double limited = std::clamp(wanted, samples_ / kMaxCorrection, samples_ * kMaxCorrection);
   samples_ = std::clamp(limited, least_, double(kMaxSamples));
   return true;

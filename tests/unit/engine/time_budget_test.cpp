@@ -175,7 +175,7 @@ TEST(TileBudget, ATileThatHasJustBegunIsNotDone) {
     budget.end(tile);
   }
   const double count = budget.begin(16);
-  EXPECT_NEAR(budget.begin(17), count, 2);
+  EXPECT_NEAR(budget.begin(17), count, 0.25 * count);
 }
 
 TEST(TileCost, OnePauseDoesNotDecide) {
