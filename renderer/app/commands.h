@@ -114,8 +114,8 @@ struct CompareOptions {
 // If the names have a frame number ("shot.####.exr"), compares all frames that both sequences have.
 // The reference may be a single picture. The JSON then has the keys `frames`, with `frame`,
 // `flicker` and `flicker_share` (renderer/statistics/flicker.h) added to the metrics of each, and
-// `summary`, with the median, mean and largest value of relmse, relmse_trimmed, flip and flicker. Motion is that of the
-// layer `velocity` of the reference or, if it has none, of the picture.
+// `summary`, with the median, mean and largest value of relmse, relmse_trimmed, flip and flicker.
+// Motion is that of the layer `velocity` of the reference or, if it has none, of the picture.
 //
 // For the FLIP picture, see renderer/output/flip_picture.h. A difference picture in EXR has the
 // channels R, G and B, which are not clamped, and "flip".

@@ -21,12 +21,12 @@ std::vector<int> parse_frames(std::string_view text);
 // Returns a short text that parse_frames() turns into the same list.
 std::string format_frames(std::span<const int> frames);
 
-// In a name, a run of '#' stands for the frame number. expand_frame_number() replaces each run with
-// the number, padded with zeros to the run's length: "shot.####.exr" becomes "shot.0007.exr" for
-// frame 7, "shot.-007.exr" for -7 and "shot.12345.exr" for 12345.
+// A run of '#' in a name is a placeholder for the frame number. expand_frame_number() replaces each
+// run with the number, padded with zeros to the run's length: "shot.####.exr" becomes
+// "shot.0007.exr" for frame 7, "shot.-007.exr" for -7 and "shot.12345.exr" for 12345.
 bool has_frame_number(std::string_view name);
 std::string expand_frame_number(std::string_view name, int frame);
-// Whether such a name stands for several files, and is not the name of a file itself.
+// Returns whether the name has a frame number, unless a file has exactly this name.
 bool is_sequence(const std::string& name);
 // Returns the numbers of the existing files with such a name, in ascending order. Throws UsageError
 // if a folder in the name has a frame number, and InputError if there is no such file or if there

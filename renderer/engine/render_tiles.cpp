@@ -75,8 +75,8 @@ void RenderJob::render_tile(RenderLoop& loop, TileOwner& owner, RenderWorker& wo
 // Renders these samples of a few pixels in each tile.
 void RenderJob::measure_tiles(RenderLoop& loop, std::span<const Rect> tiles, uint32_t first_sample,
                               uint32_t samples, std::span<TileCost> costs) const {
-  // The least share of a tile's pixels, which is that of small tiles, and their largest number.
-  constexpr double kShare = 1.0 / 32, kPixels = 128;
+  // Measures about this many pixels, or this share of the pixels of a small tile.
+  constexpr double kPixels = 128, kShare = 1.0 / 32;
   std::atomic<size_t> next{0};
   SilentSink sink;
   loop.run_workers(tiles.size(), [&](RenderWorker& worker, const auto& should_continue) {
@@ -86,8 +86,8 @@ void RenderJob::measure_tiles(RenderLoop& loop, std::span<const Rect> tiles, uin
       const size_t i = next.fetch_add(1, std::memory_order_relaxed);
       if (i >= tiles.size()) break;
       const Rect& tile = tiles[i];
-      const int step =
-          std::max(1, int(std::sqrt(std::max(1 / kShare, double(tile.area()) / kPixels))));
+      const double pixels = std::min(kPixels, kShare * double(tile.area()));
+      const int step = std::max(1, int(std::sqrt(double(tile.area()) / pixels)));
       list.clear();
       for (int y = tile.y0 + step / 2; y < tile.y1; y += step) {
         for (int x = tile.x0 + step / 2; x < tile.x1; x += step) {

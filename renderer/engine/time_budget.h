@@ -41,7 +41,7 @@ class FrameBudget {
   bool has_probed_ = false;
 };
 
-// What one sample of every pixel of a tile costs, from several short measurements.
+// The cost of one sample of every pixel of a tile, from several short measurements.
 class TileCost {
  public:
   void add(double work, double seconds);
