@@ -125,19 +125,25 @@ struct CompareOptions {
 // and RenderError if the difference picture cannot be written.
 int run_compare(const CompareOptions& options);
 
-// `emberline denoise`: denoises a finished frame.
+// `emberline denoise`: denoises finished frames.
+inline constexpr int kMaxAcross = 4;
 struct DenoiseOptions {
-  std::string image;                 // an .exr with the channels of `--aov denoising`
+  // An .exr with the channels of `--aov denoising`. A sequence if it has a frame number.
+  std::string image;
   std::vector<std::string> outputs;  // .exr: all channels plus results; .png, .jpg: the picture
+  std::vector<int> frames;           // of a sequence; empty: all existing frames
+  int across = 0;                    // number of neighbouring frames on either side
   DisplaySettings display;           // for .png and .jpg
   int threads = 0;                   // 0: all
   LimitOptions limits;
 };
 
-// The result is bit-identical to that of `render --denoise`. Memory use grows with the frame's
-// width or, if a .png or .jpg is written, with its number of pixels. Returns the exit code. Throws
-// InputError if the frame is unreadable or lacks channels, UsageError for wrong options, and
-// RenderError if an output cannot be written.
+// Without `across`, the result is bit-identical to that of `render --denoise`. With it, the result
+// depends only on the frame and on the files of its neighbours, whatever frames are denoised. Memory
+// use grows with the frame's width or, if a .png or .jpg is written, with its number of pixels.
+// Returns the exit code. Throws InputError if the frame is unreadable or lacks channels, UsageError
+// for wrong options, and RenderError if an output cannot be written. In a sequence, an error of one
+// frame is logged, and the others are still denoised.
 int run_denoise(const DenoiseOptions& options);
 
 // `emberline plan`: decides how many samples each pixel of a frame gets, for the setting `plan`.

@@ -5,11 +5,18 @@
 #include <tbb/task_arena.h>
 
 #include <algorithm>
+#include <array>
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
 
 #include "io/exr/writer.h"
 #include "io/files/register.h"
 #include "io/files/write_attempts.h"
 #include "io/image/input.h"
+#include "renderer/app/failure.h"
+#include "renderer/app/frame_range.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/log.h"
@@ -23,20 +30,40 @@
 namespace emberline {
 namespace {
 
-// Reads the frame's channels, except the results of an earlier denoising.
+constexpr const char* kCombinedFrames = "emberline:denoised_with_frames";
+
+// Reads some of a frame's channels.
 class InputRows {
  public:
+  // Reads all channels except the results of an earlier denoising.
   InputRows(const std::string& path, const LoadProgress& progress) : file_(path, progress) {
-    const std::vector<std::string>& names = file_.image().channel_names;
-    for (size_t c = 0; c < names.size(); ++c) {
-      if (names[c].starts_with("denoised.")) continue;
-      channel_indices_.push_back(c);
-      channels_.push_back(names[c]);
+    for (const std::string& name : file_.image().channel_names) {
+      if (!name.starts_with("denoised.")) channels_.push_back(name);
     }
+    find_channels();
+  }
+  // Reads these channels. Before read() is called, missing() must be empty.
+  InputRows(const std::string& path, const LoadProgress& progress,
+            std::vector<std::string> channels)
+      : file_(path, progress), channels_(std::move(channels)) {
+    find_channels();
   }
 
   const FloatImageRows& file() const { return file_; }
   const std::vector<std::string>& channels() const { return channels_; }
+  // Returns those of `names` that the file lacks.
+  std::vector<std::string> missing(const std::vector<std::string>& names) const {
+    std::vector<std::string> list;
+    for (const std::string& name : names) {
+      if (file_.image().find_channel(name) < 0) list.push_back(name);
+    }
+    return list;
+  }
+  RowSource source() {
+    return {channels_, file_.rows_at_once(), [this](const Rect& rows, std::vector<float>& pixels) {
+              read(rows.height(), pixels);
+            }};
+  }
 
   // Sets the storage options (parts, compression, half floats) to those that the frame's header
   // names.
@@ -65,7 +92,7 @@ class InputRows {
 
   void read(int rows, std::vector<float>& pixels) {
     const size_t all = file_.image().channel_names.size();
-    if (channel_indices_.size() == all) return file_.read(rows, pixels);
+    if (channels_ == file_.image().channel_names) return file_.read(rows, pixels);
     file_.read(rows, file_pixels_);
     pixels.resize(file_pixels_.size() / all * channel_indices_.size());
     float* next = pixels.data();
@@ -74,7 +101,8 @@ class InputRows {
     }
   }
 
-  ExrHeader header() const {
+  // `frames` lists the frames that were combined; empty if it is only this one.
+  ExrHeader header(const std::string& frames) const {
     const FloatImage& image = file_.image();
     ExrHeader header = {.width = image.frame_width,
                         .height = image.frame_height,
@@ -89,24 +117,39 @@ class InputRows {
           {image.channel_names[c], is_counter ? ChannelType::kUint : ChannelType::kFloat});
     }
     for (const std::string& name : denoise_results(channels_)) header.channels.push_back({name});
+    std::erase_if(header.attributes, [](const auto& a) { return a.first == kCombinedFrames; });
+    if (!frames.empty()) header.attributes.emplace_back(kCombinedFrames, frames);
     restore_storage(header);
     return header;
   }
 
  private:
+  void find_channels() {
+    for (const std::string& name : channels_) {
+      channel_indices_.push_back(size_t(file_.image().find_channel(name)));
+    }
+  }
+
   FloatImageRows file_;
-  std::vector<size_t> channel_indices_;
   std::vector<std::string> channels_;
+  std::vector<size_t> channel_indices_;
   std::vector<float> file_pixels_;
 };
 
-void check_channels(const std::string& path, const std::vector<std::string>& channels) {
-  const std::vector<std::string> missing = missing_denoise_channels(channels);
-  if (missing.empty()) return;
+// Returns text such as "R, G and more".
+std::string listed(const std::vector<std::string>& names) {
   constexpr size_t kMaxListed = 6;
-  const auto named = std::span(missing).first(std::min(kMaxListed, missing.size()));
-  throw InputError(path, "it has no channels {}{}; render it with --aov denoising",
-                   fmt::join(named, ", "), missing.size() > kMaxListed ? " and more" : "");
+  const auto first = std::span(names).first(std::min(kMaxListed, names.size()));
+  return fmt::format("{}{}", fmt::join(first, ", "), names.size() > kMaxListed ? " and more" : "");
+}
+
+void check_channels(const std::string& path, const InputRows& rows, int across) {
+  const auto need = [&](const std::vector<std::string>& missing, const char* aov) {
+    if (missing.empty()) return;
+    throw InputError(path, "it has no channels {}; render it with --aov {}", listed(missing), aov);
+  };
+  need(missing_denoise_channels(rows.channels()), "denoising");
+  if (across > 0) need(rows.missing(neighbour_channels(rows.channels())), "denoising,velocity");
 }
 
 // Throws InputError if a part of the file does not belong to the picture. The result has the
@@ -121,11 +164,12 @@ void check_parts(const std::string& path, const std::vector<ImagePart>& parts) {
 // The output files, opened before denoising and written during it.
 class Results {
  public:
-  Results(const DenoiseOptions& options, const InputRows& rows) : channels_(rows.channels()) {
+  Results(const DenoiseOptions& options, const InputRows& rows, const std::string& frames)
+      : channels_(rows.channels()) {
     std::shared_ptr<const DisplayTransform> transform;
     for (const std::string& path : options.outputs) {
       if (is_exr(path)) {
-        exrs_.push_back({path, std::make_unique<ExrWriter>(path, rows.header())});
+        exrs_.push_back({path, std::make_unique<ExrWriter>(path, rows.header(frames))});
         continue;
       }
       if (!transform) {
@@ -156,44 +200,165 @@ class Results {
   std::vector<std::unique_ptr<DisplayImageWriter>> images_;
 };
 
-}  // namespace
-
-int run_denoise(const DenoiseOptions& options) {
-  const WorkerThreads workers(options.threads);
-  FileRegister files;
-  files.read(options.image, "it is the frame itself");
-  for (const std::string& path : options.outputs) {
-    check_picture_format(path, {});
-    files.write("-o", path);
+// Opens the neighbours of a frame that exist and fit, those of the same |offset| together.
+class Neighbours {
+ public:
+  // `numbers` are those of all existing frames, in ascending order.
+  Neighbours(const DenoiseOptions& sequence, int number, std::span<const int> numbers,
+             const InputRows& rows, const LoadProgress& progress)
+      : frames_{number} {
+    std::array<bool, 2> ended = {};
+    for (int distance = 1; distance <= sequence.across; ++distance) {
+      for (const size_t side : {size_t(0), size_t(1)}) {
+        const int offset = side == 0 ? distance : -distance;
+        ended[side] = ended[side] || !std::ranges::binary_search(numbers, number + offset) ||
+                      !open(expand_frame_number(sequence.image, number + offset), offset, rows,
+                            progress);
+        if (!ended[side]) frames_.push_back(number + offset);
+      }
+    }
+    std::ranges::sort(frames_);
+    if (int(frames_.size()) < 2 * sequence.across + 1) {
+      log_info(fmt::format("{}: combined with fewer frames than --across {} would use: {}",
+                           expand_frame_number(sequence.image, number), sequence.across,
+                           format_frames(frames_)));
+    }
   }
+
+  std::vector<DenoiseNeighbour> sources() {
+    std::vector<DenoiseNeighbour> list;
+    for (const auto& [offset, rows] : opened_) list.push_back({offset, rows->source()});
+    return list;
+  }
+  size_t count() const { return opened_.size(); }
+  std::string frames() const { return format_frames(frames_); }
+
+ private:
+  // Returns false, with a warning, if the file does not fit.
+  bool open(const std::string& path, int offset, const InputRows& frame,
+            const LoadProgress& progress) {
+    auto rows = std::make_unique<InputRows>(path, progress, neighbour_channels(frame.channels()));
+    const FloatImage &here = frame.file().image(), &there = rows->file().image();
+    const std::vector<std::string> missing = rows->missing(rows->channels());
+    std::string reason;
+    if (here.data_window != there.data_window || here.frame_width != there.frame_width ||
+        here.frame_height != there.frame_height) {
+      reason = "it has other pixels";
+    } else if (here.space != there.space) {
+      reason = "its colours have another space";
+    } else if (!missing.empty()) {
+      reason = "it has no channels " + listed(missing);
+    }
+    if (reason.empty()) {
+      opened_.emplace_back(offset, std::move(rows));
+    } else {
+      log_warning(fmt::format("{}: not combined with its neighbours: {}", path, reason));
+    }
+    return reason.empty();
+  }
+
+  std::vector<int> frames_;
+  std::vector<std::pair<int, std::unique_ptr<InputRows>>> opened_;
+};
+
+// A sequence that a frame belongs to.
+struct Sequence {
+  const DenoiseOptions& options;
+  int number;  // of the frame
+  std::span<const int> numbers;
+};
+
+// Denoises a single frame. `sequence` may be null.
+int denoise_frame(const DenoiseOptions& options, const Sequence* sequence) {
   const LoadProgress progress({}, {}, limits_of(options.limits, options.image));
   InputRows rows(options.image, progress);
   const FloatImage& image = rows.file().image();
   check_parts(options.image, image.parts);
-  check_channels(options.image, rows.channels());
+  check_channels(options.image, rows, options.across);
   for (const std::string& path : options.outputs) check_picture_format(path, image.data_window);
+  std::optional<Neighbours> neighbours;
+  if (sequence != nullptr && options.across > 0) {
+    neighbours.emplace(sequence->options, sequence->number, sequence->numbers, rows, progress);
+  }
   const MemoryReservation memory(progress.budget(), MemoryPart::kFilm,
                                  denoise_bytes(image.data_window, rows.file().tile_size(),
-                                               image.channel_names, rows.file().rows_at_once()),
+                                               image.channel_names, rows.file().rows_at_once(),
+                                               neighbours ? neighbours->count() : 0),
                                  options.image);
   warn_if_stopped(options.image, image);
-  Results results(options, rows);
-  const DenoiseJob job = {
-      .crop = image.data_window,
-      .channels = rows.channels(),
-      .tile_size = rows.file().tile_size(),
-      .rows_at_once = rows.file().rows_at_once(),
-      .read = [&](const Rect& part,
-                  std::vector<float>& pixels) { rows.read(part.height(), pixels); },
-      .write = [&](const Rect& tile,
-                   const std::vector<float>& pixels) { results.write(tile, pixels); }};
-  tbb::task_arena arena(workers.count());
+  Results results(options, rows, neighbours ? neighbours->frames() : "");
+  DenoiseJob job = {.crop = image.data_window,
+                    .rows = rows.source(),
+                    .tile_size = rows.file().tile_size(),
+                    .write = [&](const Rect& tile, const std::vector<float>& pixels) {
+                      results.write(tile, pixels);
+                    }};
+  if (neighbours) job.neighbours = neighbours->sources();
+  tbb::task_arena arena(options.threads);
   const DenoiseReport report = arena.execute([&] { return denoise_frame(job); });
   WriteAttempts attempts;
   results.finish(!image.stopped_after, attempts);
   log_info(describe(report));
   for (const std::string& path : attempts.written()) log_info("wrote " + path);
   return attempts.failed().empty() ? kExitDone : kExitRenderFailed;
+}
+
+void register_outputs(const DenoiseOptions& options, FileRegister& files) {
+  for (const std::string& path : options.outputs) {
+    check_picture_format(path, {});
+    files.write("-o", path);
+  }
+}
+
+DenoiseOptions options_of_frame(const DenoiseOptions& options, int number) {
+  DenoiseOptions one = options;
+  one.image = expand_frame_number(options.image, number);
+  for (std::string& path : one.outputs) path = expand_frame_number(path, number);
+  return one;
+}
+
+int denoise_sequence(const DenoiseOptions& options) {
+  const std::vector<int> numbers = existing_frames(options.image);
+  const std::vector<int>& frames = options.frames.empty() ? numbers : options.frames;
+  for (const std::string& path : options.outputs) {
+    if (frames.size() > 1 && !has_frame_number(path)) {
+      throw UsageError("every frame would write {}; put #### into its name", path);
+    }
+  }
+  FileRegister files;
+  for (const int number : numbers) {
+    files.read(expand_frame_number(options.image, number), "it is a frame of the sequence");
+  }
+  for (const int number : frames) register_outputs(options_of_frame(options, number), files);
+  int exit_code = kExitDone;
+  for (const int number : frames) {
+    const Sequence sequence = {options, number, numbers};
+    try {
+      exit_code = std::max(exit_code, denoise_frame(options_of_frame(options, number), &sequence));
+    } catch (const EmberlineError& error) {
+      const Failure failure = failure_of(error);
+      log_error(failure.message);
+      exit_code = std::max(exit_code, failure.exit_code);
+    }
+  }
+  return exit_code;
+}
+
+}  // namespace
+
+int run_denoise(const DenoiseOptions& options) {
+  const WorkerThreads workers(options.threads);
+  DenoiseOptions limited = options;
+  limited.threads = workers.count();
+  if (is_sequence(options.image)) return denoise_sequence(limited);
+  if (options.across > 0 || !options.frames.empty()) {
+    throw UsageError("--{} needs a sequence: write #### instead of the frame's number in {}",
+                     options.across > 0 ? "across" : "frames", options.image);
+  }
+  FileRegister files;
+  files.read(options.image, "it is the frame itself");
+  register_outputs(options, files);
+  return denoise_frame(limited, nullptr);
 }
 
 }  // namespace emberline

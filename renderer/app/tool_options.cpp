@@ -5,6 +5,7 @@
 #include <initializer_list>
 
 #include "renderer/app/command_options.h"
+#include "renderer/app/frame_range.h"
 #include "renderer/app/shared_options.h"
 #include "renderer/engine/setting_table.h"
 #include "renderer/statistics/study/options.h"
@@ -315,21 +316,40 @@ void add_compare_options(CLI::App* app, CompareOptions& o) {
 
 void add_denoise_options(CLI::App* app, DenoiseOptions& o) {
   add_argument(app, "frame", o.image,
-               "An .exr file that `emberline render` wrote with --aov denoising.")
+               "An .exr file that `emberline render` wrote with --aov denoising. A run of # is "
+               "the number of a frame: shot.####.exr stands for all such files.")
       ->required();
   add_text(app, "-o,--output", o.outputs, "FILE",
            {.section = H::kOutput,
             .brief = "picture to write: .exr, .png or .jpg",
             .full = "Write the result to this file. An .exr file has all channels of the frame, "
                     "denoised.{R,G,B} and denoised.error; .png and .jpg files show the denoised "
-                    "picture. May be given more than once."})
+                    "picture. May be given more than once. Its name needs a run of # if there are "
+                    "several frames."})
       ->required();
+  add_number(app, "--across", o.across, 0, kMaxAcross,
+             {.section = H::kOutput,
+              .brief = "use the samples of the N frames before and after each frame",
+              .full = "Combine each frame with up to N frames before and N frames after it, moved "
+                      "by their velocity, where they show the same surface in the same light. This "
+                      "needs a sequence of frames with --aov denoising,velocity. A frame without "
+                      "enough neighbours is filtered with those that exist.",
+              .example = "shot.####.exr --across 2 -o clean.####.exr"});
+  CLI::Option* frames = app->add_option_function<std::string>(
+      "--frames", [&o](const std::string& text) { o.frames = parse_frames(text); });
+  describe(frames->type_name("LIST"),
+           {.section = H::kOutput,
+            .brief = "frames of the sequence to denoise, such as 1-24",
+            .full = "Denoise only these frames. The other files still serve as neighbours.",
+            .fallback = "all frames that exist",
+            .example = "shot.####.exr --across 2 --frames 10-20 -o clean.####.exr"});
   add_display_options(app, o.display);
   add_threads(app, o.threads);
   add_limits(app, o.limits);
   app->footer(
       "emberline render scene.glb -o frame.exr --aov denoising\n"
-      "emberline denoise frame.exr -o clean.png");
+      "emberline denoise frame.exr -o clean.png\n"
+      "emberline denoise shot.####.exr --across 2 -o clean.####.exr");
 }
 
 void add_extend_options(CLI::App* app, ExtendOptions& o) {

@@ -6,6 +6,7 @@
 #include <array>
 #include <cassert>
 #include <cmath>
+#include <limits>
 
 #include "renderer/core/memory_budget.h"
 #include "renderer/core/parallel.h"
@@ -16,6 +17,7 @@
 #include "renderer/film/half_channels.h"
 #include "renderer/film/shared_samples.h"
 #include "renderer/reconstruction/denoise.h"
+#include "renderer/reconstruction/motion_path.h"
 
 namespace emberline {
 namespace {
@@ -26,9 +28,24 @@ constexpr int kBandRows = 384;
 // Bytes that denoise() needs per pixel, including the results, and the bytes that it needs per
 // pixel for each light group.
 constexpr uint64_t kFilterBytes = 368, kLightGroupBytes = 88;
+// What denoise() needs in addition if there are neighbours, whatever their number.
+constexpr uint64_t kAcrossBytes = 320, kAcrossLightGroupBytes = 88;
+// Rows of a neighbour above and below those of the frame.
+constexpr int kNeighbourRows = kMotionReach + std::max(kNeighbourReach, 1);
 constexpr std::array kChannels = {"R", "G", "B"};
 constexpr std::array kColour = {".R", ".G", ".B"};
 constexpr const char* kLightLayer = "light.";
+const std::array<std::string, 2> kVelocity = {"velocity.X", "velocity.Y"};
+
+// A feature, and by how much it may differ on the same surface in another frame.
+struct FeatureChannel {
+  const char* name;
+  float tolerance;
+};
+constexpr FeatureChannel kFeatures[] = {
+    {"N.X", 0.1f}, {"N.Y", 0.1f}, {"N.Z", 0.1f}, {"nearness", 0.01f}};
+// Changes with what is near a surface, so it is not compared.
+constexpr const char* kUncomparedFeature = "visibility";
 
 using Names = std::span<const std::string>;
 
@@ -54,28 +71,70 @@ int band_rows(int tile_size) { return (kBandRows + tile_size - 1) / tile_size * 
 int read_rows(int rows_at_once) {
   return (kReadRows + rows_at_once - 1) / rows_at_once * rows_at_once;
 }
-// Returns the number of rows in a band and its margins, plus the extra rows that the last read may
-// add.
-int64_t window_rows(const Rect& crop, int tile_size, int rows_at_once) {
+int margin_rows(size_t neighbours) {
+  return neighbours == 0 ? kDenoiseMargin : kDenoiseMargin + kAcrossMargin;
+}
+// Returns the number of rows in a band and `margin` rows above and below it, plus the extra rows
+// that the last read may add.
+int64_t window_rows(const Rect& crop, int tile_size, int rows_at_once, int margin) {
   return std::min(int64_t(crop.height()),
-                  int64_t(band_rows(tile_size)) + 2 * kDenoiseMargin + rows_at_once);
+                  int64_t(band_rows(tile_size)) + 2 * margin + rows_at_once);
 }
 
-// A sliding window of rows. Each channel is stored as a plane.
+// A sliding window of a frame's rows. Each channel is stored as a plane.
 class PlaneWindow {
  public:
-  PlaneWindow(int width, Names channels)
-      : width_(size_t(width)), names_(channels.begin(), channels.end()), planes_(channels.size()) {}
-
-  // Reserves memory for `rows` rows, the largest number that the window will hold.
-  void reserve(int64_t rows) {
+  // Reserves memory for a band and `margin` rows around it.
+  PlaneWindow(const Rect& crop, const RowSource& source, int tile_size, int margin)
+      : crop_(crop),
+        source_(source),
+        width_(size_t(crop.width())),
+        planes_(source.channels.size()) {
+    const int64_t rows = window_rows(crop, tile_size, source.rows_at_once, margin);
     for (std::vector<float>& plane : planes_) plane.reserve(size_t(rows) * width_);
+  }
+
+  // Moves on, so that the window has at least rows [begin, end) of the crop.
+  void move_to(int begin, int end) {
+    drop_above(std::max(0, begin));
+    end = std::min(crop_.height(), end);
+    while (end_ < end) {
+      const int row_count = std::min(end - end_, read_rows(source_.rows_at_once));
+      const int parts = (row_count + source_.rows_at_once - 1) / source_.rows_at_once;
+      const int to = std::min(crop_.height(), end_ + parts * source_.rows_at_once);
+      source_.read({crop_.x0, crop_.y0 + end_, crop_.x1, crop_.y0 + to}, read_);
+      append(read_, to - end_);
+    }
   }
 
   int begin() const { return begin_; }
   int end() const { return end_; }
   int rows() const { return end_ - begin_; }
 
+  std::span<const float> plane(const std::string& name) const {
+    const std::vector<std::string>& names = source_.channels;
+    const auto at = std::ranges::find(names, name);
+    assert(at != names.end());
+    return planes_[size_t(at - names.begin())];
+  }
+  HalfPlanes halves(const std::string& name) const {
+    return {plane(std::string(kHalfNames[0]) + "." + name),
+            plane(std::string(kHalfNames[1]) + "." + name)};
+  }
+  HalfColour colours(const std::string& layer) const {
+    return {halves(layer + "R"), halves(layer + "G"), halves(layer + "B")};
+  }
+  // Writes all channels of a pixel to `pixel` and returns the position after them.
+  float* put(size_t i, float* pixel) const {
+    for (const std::vector<float>& plane : planes_) *pixel++ = plane[i];
+    return pixel;
+  }
+  size_t index_of(int x, int row) const { return size_t(row - begin_) * width_ + size_t(x); }
+  VelocityRows velocity() const {
+    return {int(width_), crop_.height(), begin_, plane(kVelocity[0]), plane(kVelocity[1])};
+  }
+
+ private:
   void append(std::span<const float> pixels, int rows) {
     const size_t before = size_t(this->rows()) * width_, more = size_t(rows) * width_;
     end_ += rows;
@@ -92,45 +151,33 @@ class PlaneWindow {
     begin_ = row;
   }
 
-  std::span<const float> plane(const std::string& name) const {
-    const auto at = std::ranges::find(names_, name);
-    assert(at != names_.end());
-    return planes_[size_t(at - names_.begin())];
-  }
-  HalfPlanes halves(const std::string& name) const {
-    return {plane(std::string(kHalfNames[0]) + "." + name),
-            plane(std::string(kHalfNames[1]) + "." + name)};
-  }
-  HalfColour colours(const std::string& layer) const {
-    return {halves(layer + "R"), halves(layer + "G"), halves(layer + "B")};
-  }
-  // Writes all channels of a pixel to `pixel` and returns the position after them.
-  float* put(size_t i, float* pixel) const {
-    for (const std::vector<float>& plane : planes_) *pixel++ = plane[i];
-    return pixel;
-  }
-  size_t index_of(int x, int row) const { return size_t(row - begin_) * width_ + size_t(x); }
-
- private:
+  const Rect crop_;
+  const RowSource& source_;
   size_t width_;
-  std::vector<std::string> names_;
   std::vector<std::vector<float>> planes_;
+  std::vector<float> read_;
   int begin_ = 0, end_ = 0;
 };
 
-DenoiseInput input_of(const PlaneWindow& window, const Rect& crop) {
+// `colour_layer` is empty, or "shared." for a neighbour, of which the samples of its own pixels are
+// not read.
+DenoiseInput input_of(const PlaneWindow& window, const Rect& crop,
+                      std::span<const std::string> layers, const std::string& colour_layer) {
   DenoiseInput input;
   input.width = crop.width();
   input.height = window.rows();
   input.x0 = crop.x0;
   input.y0 = crop.y0 + window.begin();
   input.samples = window.halves("samples");
-  input.colour = window.colours("");
+  input.colour = window.colours(colour_layer);
   input.albedo = window.colours("albedo.");
-  for (const char* name : {"N.X", "N.Y", "N.Z", "nearness", "visibility"}) {
+  for (const auto& [name, tolerance] : kFeatures) {
     input.features.push_back(window.halves(name));
+    input.tolerances.push_back(tolerance);
   }
+  input.features.push_back(window.halves(kUncomparedFeature));
   input.shared = window.colours("shared.");
+  for (const std::string& layer : layers) input.parts.push_back(window.colours(layer + "."));
   return input;
 }
 
@@ -138,11 +185,15 @@ class DenoisePass {
  public:
   explicit DenoisePass(const DenoiseJob& job)
       : job_(job),
-        layers_(light_layers(job.channels)),
-        results_(denoise_results(job.channels).size()),
+        layers_(light_layers(job.rows.channels)),
+        results_(denoise_results(job.rows.channels).size()),
         height_(job.crop.height()),
-        window_(job.crop.width(), job.channels) {
-    window_.reserve(window_rows(job.crop, job.tile_size, job.rows_at_once));
+        margin_(margin_rows(job.neighbours.size())),
+        window_(job.crop, job.rows, job.tile_size, margin_) {
+    for (const DenoiseNeighbour& neighbour : job.neighbours) {
+      neighbours_.push_back({neighbour.offset, {job.crop, neighbour.rows, job.tile_size,
+                                                margin_ + kNeighbourRows}});
+    }
   }
 
   DenoiseReport run() {
@@ -151,24 +202,65 @@ class DenoisePass {
     for (int row = 0; row < height_; row += band) pass(row, std::min(height_, row + band));
     const double pixels = double(job_.crop.area());
     return {std::sqrt(before_ / pixels), std::sqrt(after_ / pixels), double(unchanged_) / pixels,
-            clock.seconds(), stopped_};
+            clock.seconds(), stopped_, frames_ / pixels};
   }
 
  private:
+  struct Neighbour {
+    int offset;
+    PlaneWindow window;
+  };
+
   // Filters rows [begin, end), counted from the top of the crop.
   void pass(int begin, int end) {
-    window_.drop_above(std::max(0, begin - kDenoiseMargin));
-    read_until(std::min(height_, end + kDenoiseMargin));
-    DenoiseInput input = input_of(window_, job_.crop);
-    for (const std::string& layer : layers_) input.parts.push_back(window_.colours(layer + "."));
+    const int first = std::max(0, begin - margin_), last = std::min(height_, end + margin_);
+    window_.move_to(first, last);
+    for (Neighbour& neighbour : neighbours_) {
+      neighbour.window.move_to(first - kNeighbourRows, last + kNeighbourRows);
+    }
+    const std::vector<std::vector<float>> positions = find_positions(first, last);
+    std::vector<NeighbourFrame> near;
+    for (size_t k = 0; k < neighbours_.size(); ++k) {
+      near.push_back({input_of(neighbours_[k].window, job_.crop, layers_, "shared."),
+                      positions[2 * k], positions[2 * k + 1]});
+    }
     DenoisedPicture picture =
-        denoise(input, begin - window_.begin(), end - window_.begin(), job_.stop);
+        denoise(input_of(window_, job_.crop, layers_, ""), begin - window_.begin(),
+                end - window_.begin(), job_.stop, near);
     if (picture.error.empty()) picture = unfiltered(begin, end);
     before_ += picture.squared_error_before;
     after_ += picture.squared_error_after;
     unchanged_ += picture.unchanged_pixels;
+    frames_ += picture.frames;
     copy_unsampled(begin, end, &picture);
     write(picture, begin, end);
+  }
+
+  // Returns, for each neighbour, the x and y positions in its window of all pixels of the frame's
+  // window. Only rows [first, last) have positions.
+  std::vector<std::vector<float>> find_positions(int first, int last) const {
+    const std::vector<float> unknown(size_t(window_.rows()) * size_t(job_.crop.width()),
+                                     std::numeric_limits<float>::quiet_NaN());
+    std::vector<std::vector<float>> positions(2 * neighbours_.size(), unknown);
+    for (const int direction : {1, -1}) {
+      MotionPath path(job_.crop.width(), height_, first, last);
+      const PlaneWindow* here = &window_;
+      for (size_t k = 0; k < neighbours_.size(); ++k) {
+        if (neighbours_[k].offset * direction < 0) continue;
+        const PlaneWindow& there = neighbours_[k].window;
+        if (direction > 0) {
+          path.step_forward(here->velocity());
+        } else {
+          path.step_back(here->velocity(), there.velocity());
+        }
+        here = &there;
+        const size_t begin = window_.index_of(0, first);
+        std::ranges::copy(path.x(), &positions[2 * k][begin]);
+        std::ranges::transform(path.y(), &positions[2 * k + 1][begin],
+                               [&](float y) { return y - float(there.begin()); });
+      }
+    }
+    return positions;
   }
 
   // Returns the unfiltered rows [begin, end), for use after a stop. Their error is unknown, so it
@@ -214,18 +306,6 @@ class DenoisePass {
     for (size_t l = 0; l < layers_.size(); ++l) copy(layers_[l] + ".", picture->parts[l]);
   }
 
-  void read_until(int end) {
-    const Rect& crop = job_.crop;
-    while (window_.end() < end) {
-      const int from = window_.end();
-      const int row_count = std::min(end - from, read_rows(job_.rows_at_once));
-      const int parts = (row_count + job_.rows_at_once - 1) / job_.rows_at_once;
-      const int to = std::min(height_, from + parts * job_.rows_at_once);
-      job_.read({crop.x0, crop.y0 + from, crop.x1, crop.y0 + to}, read_);
-      window_.append(read_, to - from);
-    }
-  }
-
   void write(const DenoisedPicture& picture, int begin, int end) const {
     const Rect& crop = job_.crop;
     const Rect band = {crop.x0, crop.y0 + begin, crop.x1, crop.y0 + end};
@@ -235,7 +315,7 @@ class DenoisePass {
         tiles.push_back(Rect{x, y, x + job_.tile_size, y + job_.tile_size}.intersect(band));
       }
     }
-    const size_t channels = job_.channels.size() + results_;
+    const size_t channels = job_.rows.channels.size() + results_;
     parallel_tasks(tiles.size(), [&](size_t t) {
       const Rect& tile = tiles[t];
       std::vector<float> pixels(channels * size_t(tile.area()));
@@ -259,10 +339,10 @@ class DenoisePass {
   const DenoiseJob& job_;
   const std::vector<std::string> layers_;
   const size_t results_;
-  const int height_;
+  const int height_, margin_;
   PlaneWindow window_;
-  std::vector<float> read_;
-  double before_ = 0.0, after_ = 0.0;
+  std::vector<Neighbour> neighbours_;
+  double before_ = 0.0, after_ = 0.0, frames_ = 0.0;
   size_t unchanged_ = 0;
   bool stopped_ = false;
 };
@@ -275,10 +355,14 @@ std::string describe(const DenoiseReport& report) {
                        readable_seconds(report.seconds),
                        readable_percent(report.unchanged_fraction));
   }
-  return fmt::format(
+  std::string text = fmt::format(
       "denoised in {}: expected error {:.2g} -> {:.2g}, {} of the pixels are unchanged",
       readable_seconds(report.seconds), report.error_before, report.error_after,
       readable_percent(report.unchanged_fraction));
+  if (report.frames > 1.0) {
+    text += fmt::format(", a pixel has samples of {:.2g} frames on average", report.frames);
+  }
+  return text;
 }
 
 std::vector<std::string> missing_denoise_channels(Names channels) {
@@ -295,6 +379,23 @@ std::vector<std::string> missing_denoise_channels(Names channels) {
   }
   for (const char* name : kChannels) need(name);
   return missing;
+}
+
+std::vector<std::string> neighbour_channels(Names channels) {
+  std::vector<std::string> names(kVelocity.begin(), kVelocity.end());
+  for (const char* half : kHalfNames) {
+    const std::string begin = std::string(half) + ".";
+    const auto add_colour = [&](const std::string& layer) {
+      for (const char* c : kColour) names.push_back(begin + layer + c);
+    };
+    names.push_back(begin + "samples");
+    add_colour("shared");
+    add_colour("albedo");
+    for (const FeatureChannel& feature : kFeatures) names.push_back(begin + feature.name);
+    names.push_back(begin + kUncomparedFeature);
+    for (const std::string& layer : light_layers(channels)) add_colour(layer);
+  }
+  return names;
 }
 
 std::vector<std::string> denoise_results(Names channels) {
@@ -321,23 +422,35 @@ std::vector<float> denoised_rgba(std::span<const float> pixels, Names channels) 
   return rgba;
 }
 
-uint64_t denoise_bytes(const Rect& crop, int tile_size, Names channels, int rows_at_once) {
+uint64_t denoise_bytes(const Rect& crop, int tile_size, Names channels, int rows_at_once,
+                       size_t neighbours) {
   const auto width = uint64_t(crop.width());
-  const auto rows = uint64_t(window_rows(crop, tile_size, rows_at_once));
+  const int margin = margin_rows(neighbours);
+  const auto rows = uint64_t(window_rows(crop, tile_size, rows_at_once, margin));
   const auto read = uint64_t(std::min(crop.height(), read_rows(rows_at_once) + 2));
   const size_t of_channels = resolved_channel_names(channels).size() * sizeof(float);
   const size_t of_films = channels.size() * sizeof(float);
-  const size_t of_filter = kFilterBytes + kLightGroupBytes * light_layers(channels).size();
+  const size_t groups = light_layers(channels).size();
+  size_t of_filter = kFilterBytes + kLightGroupBytes * groups;
+  uint64_t of_neighbours = 0;
+  if (neighbours > 0) {
+    of_filter += kAcrossBytes + kAcrossLightGroupBytes * groups;
+    const auto near_rows =
+        uint64_t(window_rows(crop, tile_size, rows_at_once, margin + kNeighbourRows));
+    constexpr size_t kPositions = 2;
+    const size_t planes = neighbour_channels(channels).size() + kPositions;
+    of_neighbours = neighbours * bytes_of(width * near_rows, planes * sizeof(float));
+  }
   return bytes_of(width * rows, of_channels + of_filter) +
-         bytes_of(width * read, of_channels + of_films);
+         bytes_of(width * read, of_channels + of_films) + of_neighbours;
 }
 
 DenoiseReport denoise_frame(const DenoiseJob& job) { return DenoisePass(job).run(); }
 
 DenoiseReport denoise_film_rows(DenoiseJob job) {
-  ShareResolver rows(job.crop, job.channels, std::move(job.read));
-  job.channels = resolved_channel_names(job.channels);
-  job.read = [&](const Rect& part, std::vector<float>& pixels) { rows.read(part, pixels); };
+  ShareResolver rows(job.crop, job.rows.channels, std::move(job.rows.read));
+  job.rows.channels = resolved_channel_names(job.rows.channels);
+  job.rows.read = [&](const Rect& part, std::vector<float>& pixels) { rows.read(part, pixels); };
   return denoise_frame(job);
 }
 
@@ -349,9 +462,8 @@ DenoiseReport denoise_film(const Rect& crop, int tile_size, Names channels,
     pixels = extract_rect(values, crop, part);
   };
   return denoise_film_rows({.crop = crop,
-                            .channels = {channels.begin(), channels.end()},
+                            .rows = {.channels = {channels.begin(), channels.end()}, .read = read},
                             .tile_size = tile_size,
-                            .read = read,
                             .write = std::move(write),
                             .stop = stop});
 }

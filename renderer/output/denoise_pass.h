@@ -19,6 +19,8 @@ struct DenoiseReport {
   double unchanged_fraction = 0.0;               // fraction of pixels left unfiltered
   double seconds = 0.0;
   bool stopped = false;  // stopped early; the remaining pixels are unfiltered
+  // The number of frames whose samples a pixel combines on average; 1 without neighbours.
+  double frames = 1.0;
 };
 
 // Returns text such as "denoised in 3 s: expected error 0.02 -> 0.004, 12 % of the pixels are
@@ -27,6 +29,9 @@ std::string describe(const DenoiseReport& report);
 
 // Returns the channels that denoise() needs but `channels` lacks.
 std::vector<std::string> missing_denoise_channels(std::span<const std::string> channels);
+// Returns the channels that denoising reads from a neighbouring frame. `channels` are those of the
+// frame, which needs all of these as well.
+std::vector<std::string> neighbour_channels(std::span<const std::string> channels);
 // Returns the channels that denoising adds: denoised.{R,G,B}, denoised.error and, for each light
 // group, denoised.light.NAME.{R,G,B}.
 std::vector<std::string> denoise_results(std::span<const std::string> channels);
@@ -39,19 +44,33 @@ std::vector<float> denoised_rgba(std::span<const float> pixels,
 // Returns an upper bound on the memory that a DenoiseJob needs. `channels` are the channels of a
 // film, in which shared samples have not been summed yet.
 uint64_t denoise_bytes(const Rect& crop, int tile_size, std::span<const std::string> channels,
-                       int rows_at_once = 1);
+                       int rows_at_once = 1, size_t neighbours = 0);
 
-struct DenoiseJob {
-  Rect crop;
-  std::vector<std::string> channels;  // of the input pixels; must have all that denoise() needs
-  int tile_size = 64;                 // of the output tiles
+// Rows of a frame, from top to bottom.
+struct RowSource {
+  std::vector<std::string> channels;
   // `read` reads these rows of the crop and stores them in `pixels` as interleaved values. It is
   // called for consecutive ranges of rows, from top to bottom. Every range except the last has a
   // multiple of `rows_at_once` rows.
   int rows_at_once = 1;
   std::function<void(const Rect& rows, std::vector<float>& pixels)> read;
-  // `write` receives a tile of the crop. Each pixel has the values of `channels`, followed by the
-  // results. Any thread may call it.
+};
+// A frame of the same sequence with the same crop. `rows.channels` are neighbour_channels().
+struct DenoiseNeighbour {
+  int offset = 0;  // 1 is the next frame, -1 the frame before
+  RowSource rows;
+};
+
+struct DenoiseJob {
+  Rect crop;
+  RowSource rows;      // its channels must include all that denoise() needs
+  int tile_size = 64;  // of the output tiles
+  // Neighbouring frames whose samples are combined with the frame's, in the order of |offset|. A
+  // frame is used only if all frames between are in the list, too, because motion leads from one
+  // frame to the next.
+  std::vector<DenoiseNeighbour> neighbours = {};
+  // `write` receives a tile of the crop. Each pixel has the values of `rows.channels`, followed by
+  // the results. Any thread may call it.
   std::function<void(const Rect& tile, const std::vector<float>& pixels)> write;
   // After a stop request, the remaining rows are left unfiltered.
   std::stop_token stop = {};

@@ -295,9 +295,8 @@ DenoiseReport FrameOutputs::denoise(const std::stop_token& stop) {
   const auto read = std::bind_front(&PixelSpool::read_rows, spool_.get());
   const auto write = std::bind_front(&FrameOutputs::write_denoised, this);
   return denoise_film_rows({.crop = settings_.crop,
-                            .channels = names_of(channels_.list()),
+                            .rows = {.channels = names_of(channels_.list()), .read = read},
                             .tile_size = settings_.tile_size,
-                            .read = read,
                             .write = write,
                             .stop = stop});
 }

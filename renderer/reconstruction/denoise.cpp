@@ -2,9 +2,11 @@
 
 #include <cassert>
 #include <cmath>
+#include <optional>
 
 #include "renderer/core/display_error.h"
 #include "renderer/core/parallel.h"
+#include "renderer/reconstruction/accumulate.h"
 #include "renderer/reconstruction/blend.h"
 #include "renderer/reconstruction/box.h"
 #include "renderer/reconstruction/feature_filter.h"
@@ -17,6 +19,7 @@ namespace {
 static_assert(kBlendReach + 2 * kWindowRadius + std::max(kPatchRadius, kFeatureReach) +
                   kNoiseRadius + kOutlierRadius <=
               kDenoiseMargin);
+static_assert(kAccumulateReach <= kAcrossMargin);
 
 HalfPlanes rows_of(const HalfPlanes& planes, size_t first, size_t count) {
   if (planes.a.empty()) return planes;
@@ -39,6 +42,7 @@ DenoiseInput rows_of(const DenoiseInput& input, int begin, int end) {
                        rows_of(input.colour, first, count),
                        rows_of(input.albedo, first, count),
                        {},
+                       input.tolerances,
                        {},
                        rows_of(input.shared, first, count)};
   for (const HalfPlanes& planes : input.features) {
@@ -164,11 +168,16 @@ struct Part {
   ColourPlanes filtered;
 };
 
-Part read_part(const Halves& h, const HalfColour& colour) {
+// `accumulated` has the halves that are filtered, if these are not the frame's own.
+Part read_part(const Halves& h, const HalfColour& colour, const HalfColour* accumulated) {
   Part part;
   for (size_t c = 0; c < 3; ++c) {
-    part.channels[c] = read_channel(h, colour[c]);
-    part.filtered[c] = part.channels[c].raw;
+    Channel& channel = part.channels[c];
+    channel = read_channel(h, colour[c]);
+    part.filtered[c] = channel.raw;
+    if (accumulated == nullptr) continue;
+    channel.half = {padded_plane((*accumulated)[c].a, h.width, h.height),
+                    padded_plane((*accumulated)[c].b, h.width, h.height)};
   }
   return part;
 }
@@ -244,17 +253,13 @@ void distribute_remainder(const ColourPlanes& whole, int begin, int end, std::ve
   }
 }
 
-// Filters the parts with the weights of the whole.
-std::vector<Part> filter_parts(const Halves& h, std::span<const HalfColour> colours,
+// Filters the parts with the weights of the whole, whose fits are those of the halves `h`.
+std::vector<Part> filter_parts(const Halves& h, std::vector<Part> parts,
                                const Candidates& candidates, const Blend& shares,
                                FrameOffset frame_offset, int begin, int end,
                                const std::stop_token& stop) {
   const Factors factors = factors_of(h, candidates, shares);
-  std::vector<Part> parts;
-  for (const HalfColour& colour : colours) {
-    parts.push_back(read_part(h, colour));
-    add_unfiltered(h, factors, shares, parts.back());
-  }
+  for (Part& part : parts) add_unfiltered(h, factors, shares, part);
   const int first = std::max(begin - kOutlierEnergyReach - kSplitRadius, 0);
   const int last = std::min(end + kOutlierEnergyReach + kSplitRadius, h.height);
   for_each_fit(h, frame_offset, first, last, stop, [&](WindowFit& fit, size_t s, size_t bandwidth) {
@@ -290,40 +295,67 @@ void store_errors(const Blend& shares, const Halves& h, int begin, int end, Deno
   }
 }
 
+// Returns the neighbour with the positions of rows [begin, end) of the frame.
+NeighbourFrame rows_of(const NeighbourFrame& neighbour, int begin, int end) {
+  const auto width = size_t(neighbour.input.width);
+  const size_t first = size_t(begin) * width, count = size_t(end - begin) * width;
+  return {neighbour.input, neighbour.x.subspan(first, count), neighbour.y.subspan(first, count)};
+}
+
 }  // namespace
 
-DenoisedPicture denoise(const DenoiseInput& input, int begin, int end,
-                        const std::stop_token& stop) {
+DenoisedPicture denoise(const DenoiseInput& input, int begin, int end, const std::stop_token& stop,
+                        std::span<const NeighbourFrame> neighbours) {
   assert(0 <= begin && begin <= end && end <= input.height);
   if (begin == end || input.width <= 0) return {};
-  const int first = std::max(begin - kDenoiseMargin, 0);
-  const int last = std::min(end + kDenoiseMargin, input.height);
+  const int margin = kDenoiseMargin + (neighbours.empty() ? 0 : kAcrossMargin);
+  const int first = std::max(begin - margin, 0);
+  const int last = std::min(end + margin, input.height);
   const DenoiseInput rows = rows_of(input, first, last);
+  const FrameOffset frame_offset = {rows.x0, rows.y0};
+  // `own` is what the error is measured against, `h` is what is filtered.
+  const Halves own = neighbours.empty() ? prepare_halves(rows) : prepare_colour(rows);
+  std::optional<AccumulatedFrames> accumulated;
+  std::optional<Halves> accumulated_halves;
+  if (!neighbours.empty()) {
+    std::vector<NeighbourFrame> near;
+    for (const NeighbourFrame& neighbour : neighbours) {
+      near.push_back(rows_of(neighbour, first, last));
+    }
+    accumulated.emplace(rows, own, near);
+    accumulated_halves = prepare_halves(accumulated->input());
+  }
+  const Halves& h = accumulated_halves ? *accumulated_halves : own;
   begin -= first;
   end -= first;
-  const FrameOffset frame_offset = {rows.x0, rows.y0};
-  const Halves h = prepare_halves(rows);
   const int filter_begin = std::max(begin - kBlendReach, 0);
   const int filter_end = std::min(end + kBlendReach, h.height);
   const Candidates candidates = filter_colour(h, frame_offset, filter_begin, filter_end, stop);
   if (stop.stop_requested()) return {};
-  Blend shares = blend(h, candidates);
+  Blend shares = blend(own, candidates);
   DenoisedPicture out;
-  for (size_t c = 0; c < 3; ++c) add(h.excess[c], shares.colour[c]);
+  for (size_t c = 0; c < 3; ++c) add(own.excess[c], shares.colour[c]);
   out.colour = rows_of(shares.colour, begin, end);
   if (!rows.parts.empty()) {
-    std::vector<Part> parts =
-        filter_parts(h, rows.parts, candidates, shares, frame_offset, begin, end, stop);
+    std::vector<Part> parts;
+    for (size_t p = 0; p < rows.parts.size(); ++p) {
+      parts.push_back(read_part(own, rows.parts[p],
+                                accumulated ? &accumulated->input().parts[p] : nullptr));
+    }
+    parts = filter_parts(h, std::move(parts), candidates, shares, frame_offset, begin, end, stop);
     if (stop.stop_requested()) return {};
     if (!rows.shared[0].a.empty()) distribute_remainder(shares.colour, begin, end, parts);
     for (const Part& part : parts) out.parts.push_back(rows_of(part.filtered, begin, end));
   }
-  store_errors(shares, h, begin, end, out);
+  store_errors(shares, own, begin, end, out);
+  out.frames = accumulated ? accumulated->frames(begin, end)
+                           : double(end - begin) * double(rows.width);
   return out;
 }
 
-DenoisedPicture denoise(const DenoiseInput& input, const std::stop_token& stop) {
-  return denoise(input, 0, input.height, stop);
+DenoisedPicture denoise(const DenoiseInput& input, const std::stop_token& stop,
+                        std::span<const NeighbourFrame> neighbours) {
+  return denoise(input, 0, input.height, stop, neighbours);
 }
 
 }  // namespace emberline

@@ -8,6 +8,10 @@
 // is measured by the difference of its two halves and by its difference from the raw image
 // (Rousselle et al. 2012, 2013). For each pixel the best combination of the filtered images and the
 // raw image is chosen.
+//
+// In a sequence, the halves that are filtered can be means over several frames
+// (renderer/reconstruction/accumulate.h). Their error is still measured against the raw image of
+// the frame alone, so light that has changed since the neighbouring frames is not blended in.
 #pragma once
 
 #include <array>
@@ -33,6 +37,9 @@ struct DenoiseInput {
   HalfColour colour;
   HalfColour albedo;                 // also used as a feature; empty if unknown
   std::vector<HalfPlanes> features;  // one channel each, in any scale: normals, depth, visibility …
+  // By how much each feature of a surface may differ in another frame. Used only with neighbours,
+  // and only for the first features if the list is shorter than `features`.
+  std::vector<float> tolerances;
   std::vector<HalfColour> parts;     // images whose sum is `colour`, such as light groups
   // The image in which each pixel's samples are combined with those of its neighbours
   // (renderer/film/shared_samples.h). This halves the noise before any filter. The spans are empty
@@ -42,6 +49,17 @@ struct DenoiseInput {
   HalfColour shared;
 };
 
+// A neighbouring frame of a sequence, and where the frame's pixels are in it.
+struct NeighbourFrame {
+  // Has the same width and the same kinds of planes as the frame's input, but may have other rows.
+  DenoiseInput input;
+  // For each pixel of the frame's input, the position in `input` of what the pixel shows: 0 is the
+  // middle of the first pixel. NaN if it is not visible there, or not known. `input` must include
+  // all rows of the neighbouring frame within kNeighbourReach of a position.
+  std::span<const float> x, y;
+};
+inline constexpr int kNeighbourReach = 4;
+
 struct DenoisedPicture {
   std::array<std::vector<float>, 3> colour;
   std::vector<float> error;  // expected RMS error of the displayed pixel (display_error.h)
@@ -49,17 +67,21 @@ struct DenoisedPicture {
   double squared_error_before = 0.0;  // of the displayed raw image, summed over pixels
   double squared_error_after = 0.0;
   size_t unchanged_pixels = 0;  // number of pixels that look unchanged
+  double frames = 0.0;          // number of frames that a pixel combines, summed over pixels
 };
 
-// A row depends on this many rows above it and below it. If the input of a band of a large frame
-// includes this margin (less at the frame's border), the band is bit-identical to the same rows of
-// the whole frame.
+// A row depends on this many rows above it and below it, or on kDenoiseMargin + kAcrossMargin rows
+// if there are neighbours. If the input of a band of a large frame includes this margin (less at
+// the frame's border), the band is bit-identical to the same rows of the whole frame.
 inline constexpr int kDenoiseMargin = 46;
+inline constexpr int kAcrossMargin = 11;
 
 // Denoises rows [begin, end) of the input, or all rows. The result's bits depend neither on the
 // threads (TBB's current arena) nor on the bands. Returns an empty picture after a stop request.
 DenoisedPicture denoise(const DenoiseInput& input, int begin, int end,
-                        const std::stop_token& stop = {});
-DenoisedPicture denoise(const DenoiseInput& input, const std::stop_token& stop = {});
+                        const std::stop_token& stop = {},
+                        std::span<const NeighbourFrame> neighbours = {});
+DenoisedPicture denoise(const DenoiseInput& input, const std::stop_token& stop = {},
+                        std::span<const NeighbourFrame> neighbours = {});
 
 }  // namespace emberline

@@ -16,16 +16,6 @@ float finite(float value) {
   return std::isfinite(value) ? std::clamp(value, -kMaxValue, kMaxValue) : 0.0f;
 }
 
-BorderedPlane padded_plane(std::span<const float> values, int width, int height) {
-  BorderedPlane plane(width, height);
-  for_each_row(height, [&](int y) {
-    const float* from = values.data() + size_t(y) * size_t(width);
-    for (int x = 0; x < width; ++x) plane.row(y)[x] = finite(from[x]);
-    plane.extend_row(y);
-  });
-  return plane;
-}
-
 // Returns the variance of one sample, estimated from the difference d of two independent means of
 // n_a and n_b samples.
 float sample_variance(float d, float n_a, float n_b) {
@@ -186,6 +176,16 @@ Feature read_feature(const HalfPlanes& planes, const Halves& h, const BorderedPl
 
 }  // namespace
 
+BorderedPlane padded_plane(std::span<const float> values, int width, int height) {
+  BorderedPlane plane(width, height);
+  for_each_row(height, [&](int y) {
+    const float* from = values.data() + size_t(y) * size_t(width);
+    for (int x = 0; x < width; ++x) plane.row(y)[x] = finite(from[x]);
+    plane.extend_row(y);
+  });
+  return plane;
+}
+
 Channel read_channel(const Halves& h, const HalfPlanes& planes) {
   Channel out;
   out.half = {padded_plane(planes.a, h.width, h.height), padded_plane(planes.b, h.width, h.height)};
@@ -206,7 +206,7 @@ Channel read_channel(const Halves& h, const HalfPlanes& planes) {
   return out;
 }
 
-Halves prepare_halves(const DenoiseInput& input) {
+Halves prepare_colour(const DenoiseInput& input) {
   Halves h;
   h.width = input.width;
   h.height = input.height;
@@ -216,8 +216,13 @@ Halves prepare_halves(const DenoiseInput& input) {
   find_outliers(colour, h);
   read_colour(colour, h);
   read_raw_noise(input.colour, h);
+  measure_noise(h, box_sum(h.both_known, kNoiseRadius));
+  return h;
+}
+
+Halves prepare_halves(const DenoiseInput& input) {
+  Halves h = prepare_colour(input);
   const BorderedPlane both_known = box_sum(h.both_known, kNoiseRadius);
-  measure_noise(h, both_known);
   if (!input.albedo[0].a.empty()) {
     for (size_t c = 0; c < 3; ++c) {
       h.features.push_back(read_feature(input.albedo[c], h, both_known));

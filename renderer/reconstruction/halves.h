@@ -50,6 +50,11 @@ inline constexpr int kOutlierRadius = 2;
 
 // Reads everything in `input` except its parts.
 Halves prepare_halves(const DenoiseInput& input);
+// Like prepare_halves(), but ignores the features.
+Halves prepare_colour(const DenoiseInput& input);
+
+// Returns the values, made finite and padded.
+BorderedPlane padded_plane(std::span<const float> values, int width, int height);
 
 // One channel of an image, prepared like the halves: finite, padded, without the excess of
 // outliers.
