@@ -6,6 +6,8 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -60,9 +62,8 @@ class InputRows {
     return list;
   }
   RowSource source() {
-    return {channels_, file_.rows_at_once(), [this](const Rect& rows, std::vector<float>& pixels) {
-              read(rows.height(), pixels);
-            }};
+    return {channels_, file_.rows_at_once(),
+            [this](const Rect& rows, std::vector<float>& pixels) { read(rows.height(), pixels); }};
   }
 
   // Sets the storage options (parts, compression, half floats) to those that the frame's header
@@ -200,100 +201,133 @@ class Results {
   std::vector<std::unique_ptr<DisplayImageWriter>> images_;
 };
 
-// Opens the neighbours of a frame that exist and fit, those of the same |offset| together.
-class Neighbours {
+// A frame that serves as a neighbour.
+struct OpenedFrame {
+  std::unique_ptr<InputRows> rows;
+  std::unique_ptr<PixelSpool> spool;  // its rows without compression, if it is read more than once
+  std::string unfit;                  // why it cannot be combined; empty if it can
+
+  RowSource source() {
+    if (!spool) return rows->source();
+    return {rows->channels(), 1, std::bind_front(&PixelSpool::read_rows, spool.get())};
+  }
+};
+
+// The frames of a sequence, while they are denoised one after another.
+class Sequence {
  public:
-  // `numbers` are those of all existing frames, in ascending order.
-  Neighbours(const DenoiseOptions& sequence, int number, std::span<const int> numbers,
-             const InputRows& rows, const LoadProgress& progress)
-      : frames_{number} {
+  // Both must outlive the sequence. `frames` are denoised in this order.
+  Sequence(const DenoiseOptions& options, std::span<const int> frames)
+      : options_(options), frames_(frames), numbers_(existing_frames(options.image)) {}
+
+  const std::vector<int>& numbers() const { return numbers_; }
+
+  // Opens the neighbours of a frame that exist and fit, those of the same distance together. The
+  // result is valid until the next call.
+  std::vector<DenoiseNeighbour> neighbours_of(int number, const InputRows& frame,
+                                              const LoadProgress& progress) {
+    std::erase_if(opened_, [&](const auto& entry) { return !is_near(entry.first, number); });
+    std::vector<DenoiseNeighbour> list;
+    combined_ = {number};
     std::array<bool, 2> ended = {};
-    for (int distance = 1; distance <= sequence.across; ++distance) {
+    for (int distance = 1; distance <= options_.across; ++distance) {
       for (const size_t side : {size_t(0), size_t(1)}) {
         const int offset = side == 0 ? distance : -distance;
-        ended[side] = ended[side] || !std::ranges::binary_search(numbers, number + offset) ||
-                      !open(expand_frame_number(sequence.image, number + offset), offset, rows,
-                            progress);
-        if (!ended[side]) frames_.push_back(number + offset);
+        OpenedFrame* const opened = ended[side] ? nullptr : open(number + offset, frame, progress);
+        ended[side] = opened == nullptr;
+        if (opened == nullptr) continue;
+        list.push_back({offset, opened->source()});
+        combined_.push_back(number + offset);
       }
     }
-    std::ranges::sort(frames_);
-    if (int(frames_.size()) < 2 * sequence.across + 1) {
+    std::ranges::sort(combined_);
+    if (list.size() < 2 * size_t(options_.across)) {
       log_info(fmt::format("{}: combined with fewer frames than --across {} would use: {}",
-                           expand_frame_number(sequence.image, number), sequence.across,
-                           format_frames(frames_)));
+                           expand_frame_number(options_.image, number), options_.across,
+                           format_frames(combined_)));
     }
-  }
-
-  std::vector<DenoiseNeighbour> sources() {
-    std::vector<DenoiseNeighbour> list;
-    for (const auto& [offset, rows] : opened_) list.push_back({offset, rows->source()});
     return list;
   }
-  size_t count() const { return opened_.size(); }
-  std::string frames() const { return format_frames(frames_); }
+  // The numbers of the frames that the last call of neighbours_of() combined.
+  std::string combined() const { return format_frames(combined_); }
 
  private:
-  // Returns false, with a warning, if the file does not fit.
-  bool open(const std::string& path, int offset, const InputRows& frame,
-            const LoadProgress& progress) {
-    auto rows = std::make_unique<InputRows>(path, progress, neighbour_channels(frame.channels()));
-    const FloatImage &here = frame.file().image(), &there = rows->file().image();
-    const std::vector<std::string> missing = rows->missing(rows->channels());
-    std::string reason;
-    if (here.data_window != there.data_window || here.frame_width != there.frame_width ||
-        here.frame_height != there.frame_height) {
-      reason = "it has other pixels";
-    } else if (here.space != there.space) {
-      reason = "its colours have another space";
-    } else if (!missing.empty()) {
-      reason = "it has no channels " + listed(missing);
+  bool is_near(int a, int b) const { return std::abs(int64_t(a) - b) <= options_.across; }
+
+  // Returns null if there is no such frame, or, with a warning, if it does not fit.
+  OpenedFrame* open(int number, const InputRows& frame, const LoadProgress& progress) {
+    if (!std::ranges::binary_search(numbers_, number)) return nullptr;
+    const std::string path = expand_frame_number(options_.image, number);
+    const auto [entry, is_new] = opened_.try_emplace(number);
+    OpenedFrame& opened = entry->second;
+    if (is_new) {
+      opened.rows =
+          std::make_unique<InputRows>(path, progress, neighbour_channels(frame.channels()));
     }
-    if (reason.empty()) {
-      opened_.emplace_back(offset, std::move(rows));
-    } else {
-      log_warning(fmt::format("{}: not combined with its neighbours: {}", path, reason));
+    opened.unfit = why_unfit(frame, *opened.rows);
+    if (!opened.unfit.empty()) {
+      log_warning(fmt::format("{}: not combined with its neighbours: {}", path, opened.unfit));
+      return nullptr;
     }
-    return reason.empty();
+    const auto uses = std::ranges::count_if(frames_, [&](int f) { return is_near(f, number); });
+    if (is_new && uses > 1) spool(opened);
+    return &opened;
   }
 
-  std::vector<int> frames_;
-  std::vector<std::pair<int, std::unique_ptr<InputRows>>> opened_;
+  static std::string why_unfit(const InputRows& frame, const InputRows& rows) {
+    const FloatImage &here = frame.file().image(), &there = rows.file().image();
+    if (here.data_window != there.data_window || here.frame_width != there.frame_width ||
+        here.frame_height != there.frame_height) {
+      return "it has other pixels";
+    }
+    if (here.space != there.space) return "its colours have another space";
+    const std::vector<std::string> missing = rows.missing(neighbour_channels(frame.channels()));
+    return missing.empty() ? "" : "it has no channels " + listed(missing);
+  }
+
+  void spool(OpenedFrame& opened) const {
+    const Rect& crop = opened.rows->file().image().data_window;
+    opened.spool = std::make_unique<PixelSpool>(options_.outputs.front(), crop,
+                                                opened.rows->channels().size());
+    const int step = opened.rows->file().rows_at_once();
+    std::vector<float> pixels;
+    for (int y = crop.y0; y < crop.y1; y += step) {
+      const Rect rows = {crop.x0, y, crop.x1, std::min(y + step, crop.y1)};
+      opened.rows->read(rows.height(), pixels);
+      opened.spool->write_tile(rows, pixels);
+    }
+  }
+
+  const DenoiseOptions& options_;
+  std::span<const int> frames_;
+  std::vector<int> numbers_;  // of all existing frames, in ascending order
+  std::map<int, OpenedFrame> opened_;
+  std::vector<int> combined_;
 };
 
-// A sequence that a frame belongs to.
-struct Sequence {
-  const DenoiseOptions& options;
-  int number;  // of the frame
-  std::span<const int> numbers;
-};
-
-// Denoises a single frame. `sequence` may be null.
-int denoise_frame(const DenoiseOptions& options, const Sequence* sequence) {
+// Denoises a single frame. `sequence` is null if the frame is not combined with others.
+int denoise_frame(const DenoiseOptions& options, Sequence* sequence, int number) {
   const LoadProgress progress({}, {}, limits_of(options.limits, options.image));
   InputRows rows(options.image, progress);
   const FloatImage& image = rows.file().image();
   check_parts(options.image, image.parts);
   check_channels(options.image, rows, options.across);
   for (const std::string& path : options.outputs) check_picture_format(path, image.data_window);
-  std::optional<Neighbours> neighbours;
-  if (sequence != nullptr && options.across > 0) {
-    neighbours.emplace(sequence->options, sequence->number, sequence->numbers, rows, progress);
-  }
-  const MemoryReservation memory(progress.budget(), MemoryPart::kFilm,
-                                 denoise_bytes(image.data_window, rows.file().tile_size(),
-                                               image.channel_names, rows.file().rows_at_once(),
-                                               neighbours ? neighbours->count() : 0),
-                                 options.image);
-  warn_if_stopped(options.image, image);
-  Results results(options, rows, neighbours ? neighbours->frames() : "");
   DenoiseJob job = {.crop = image.data_window,
                     .rows = rows.source(),
                     .tile_size = rows.file().tile_size(),
-                    .write = [&](const Rect& tile, const std::vector<float>& pixels) {
-                      results.write(tile, pixels);
-                    }};
-  if (neighbours) job.neighbours = neighbours->sources();
+                    .write = {}};
+  if (sequence != nullptr) job.neighbours = sequence->neighbours_of(number, rows, progress);
+  const MemoryReservation memory(
+      progress.budget(), MemoryPart::kFilm,
+      denoise_bytes(image.data_window, rows.file().tile_size(), image.channel_names,
+                    rows.file().rows_at_once(), job.neighbours.size()),
+      options.image);
+  warn_if_stopped(options.image, image);
+  Results results(options, rows, sequence != nullptr ? sequence->combined() : "");
+  job.write = [&](const Rect& tile, const std::vector<float>& pixels) {
+    results.write(tile, pixels);
+  };
   tbb::task_arena arena(options.threads);
   const DenoiseReport report = arena.execute([&] { return denoise_frame(job); });
   WriteAttempts attempts;
@@ -318,23 +352,25 @@ DenoiseOptions options_of_frame(const DenoiseOptions& options, int number) {
 }
 
 int denoise_sequence(const DenoiseOptions& options) {
-  const std::vector<int> numbers = existing_frames(options.image);
-  const std::vector<int>& frames = options.frames.empty() ? numbers : options.frames;
-  for (const std::string& path : options.outputs) {
-    if (frames.size() > 1 && !has_frame_number(path)) {
-      throw UsageError("every frame would write {}; put #### into its name", path);
+  Sequence sequence(options, options.frames);
+  if (options.frames.size() > 1) {
+    for (const std::string& path : options.outputs) {
+      check_frame_number("-o", path, options.image);
     }
   }
   FileRegister files;
-  for (const int number : numbers) {
+  for (const int number : sequence.numbers()) {
     files.read(expand_frame_number(options.image, number), "it is a frame of the sequence");
   }
-  for (const int number : frames) register_outputs(options_of_frame(options, number), files);
+  for (const int number : options.frames) {
+    register_outputs(options_of_frame(options, number), files);
+  }
   int exit_code = kExitDone;
-  for (const int number : frames) {
-    const Sequence sequence = {options, number, numbers};
+  for (const int number : options.frames) {
+    const DenoiseOptions one = options_of_frame(options, number);
     try {
-      exit_code = std::max(exit_code, denoise_frame(options_of_frame(options, number), &sequence));
+      exit_code =
+          std::max(exit_code, denoise_frame(one, options.across > 0 ? &sequence : nullptr, number));
     } catch (const EmberlineError& error) {
       const Failure failure = failure_of(error);
       log_error(failure.message);
@@ -350,7 +386,10 @@ int run_denoise(const DenoiseOptions& options) {
   const WorkerThreads workers(options.threads);
   DenoiseOptions limited = options;
   limited.threads = workers.count();
-  if (is_sequence(options.image)) return denoise_sequence(limited);
+  if (is_sequence(options.image)) {
+    if (limited.frames.empty()) limited.frames = existing_frames(options.image);
+    return denoise_sequence(limited);
+  }
   if (options.across > 0 || !options.frames.empty()) {
     throw UsageError("--{} needs a sequence: write #### instead of the frame's number in {}",
                      options.across > 0 ? "across" : "frames", options.image);
@@ -358,7 +397,7 @@ int run_denoise(const DenoiseOptions& options) {
   FileRegister files;
   files.read(options.image, "it is the frame itself");
   register_outputs(options, files);
-  return denoise_frame(limited, nullptr);
+  return denoise_frame(limited, nullptr, 0);
 }
 
 }  // namespace emberline

@@ -81,13 +81,7 @@ void check_names(const RenderOptions& options, std::span<const int> frames) {
   size_t count = 0;
   visit_outputs(options, [&](const char* option, const std::string& path) {
     ++count;
-    if (has_frame_number(path)) return;
-    std::filesystem::path example = path;
-    example.replace_extension(".####" + example.extension().string());
-    throw UsageError(
-        "{} {}: every frame of {} would be written to this file; put #### where the frame number "
-        "goes: {}",
-        option, path, options.frames.empty() ? "--turntable" : "--frames", example.string());
+    check_frame_number(option, path, options.frames.empty() ? "--turntable" : "--frames");
   });
   if (count < 2) return;
   std::unordered_set<std::string> names;
@@ -149,6 +143,16 @@ std::string expand_frame_number(std::string_view name, int frame) {
     name.remove_prefix(end);
   }
   return result;
+}
+
+void check_frame_number(std::string_view option, const std::string& path, std::string_view frames) {
+  if (has_frame_number(path)) return;
+  std::filesystem::path example = path;
+  example.replace_extension(".####" + example.extension().string());
+  throw UsageError(
+      "{} {}: every frame of {} would be written to this file; put #### where the frame number "
+      "goes: {}",
+      option, path, frames, example.string());
 }
 
 bool is_sequence(const std::string& name) {

@@ -26,6 +26,9 @@ std::string format_frames(std::span<const int> frames);
 // "shot.0007.exr" for frame 7, "shot.-007.exr" for -7 and "shot.12345.exr" for 12345.
 bool has_frame_number(std::string_view name);
 std::string expand_frame_number(std::string_view name, int frame);
+// Throws UsageError, with an example, if the name has no frame number. `frames` names the frames
+// that would all be written to the file, such as "--frames".
+void check_frame_number(std::string_view option, const std::string& path, std::string_view frames);
 // Returns whether the name has a frame number, unless a file has exactly this name.
 bool is_sequence(const std::string& name);
 // Returns the numbers of the existing files with such a name, in ascending order. Throws UsageError

@@ -191,8 +191,8 @@ class DenoisePass {
         margin_(margin_rows(job.neighbours.size())),
         window_(job.crop, job.rows, job.tile_size, margin_) {
     for (const DenoiseNeighbour& neighbour : job.neighbours) {
-      neighbours_.push_back({neighbour.offset, {job.crop, neighbour.rows, job.tile_size,
-                                                margin_ + kNeighbourRows}});
+      neighbours_.push_back(
+          {neighbour.offset, {job.crop, neighbour.rows, job.tile_size, margin_ + kNeighbourRows}});
     }
   }
 
@@ -201,8 +201,12 @@ class DenoisePass {
     const int band = band_rows(job_.tile_size);
     for (int row = 0; row < height_; row += band) pass(row, std::min(height_, row + band));
     const double pixels = double(job_.crop.area());
-    return {std::sqrt(before_ / pixels), std::sqrt(after_ / pixels), double(unchanged_) / pixels,
-            clock.seconds(), stopped_, frames_ / pixels};
+    return {std::sqrt(before_ / pixels),
+            std::sqrt(after_ / pixels),
+            double(unchanged_) / pixels,
+            clock.seconds(),
+            stopped_,
+            frames_ / pixels};
   }
 
  private:
@@ -355,10 +359,10 @@ std::string describe(const DenoiseReport& report) {
                        readable_seconds(report.seconds),
                        readable_percent(report.unchanged_fraction));
   }
-  std::string text = fmt::format(
-      "denoised in {}: expected error {:.2g} -> {:.2g}, {} of the pixels are unchanged",
-      readable_seconds(report.seconds), report.error_before, report.error_after,
-      readable_percent(report.unchanged_fraction));
+  std::string text =
+      fmt::format("denoised in {}: expected error {:.2g} -> {:.2g}, {} of the pixels are unchanged",
+                  readable_seconds(report.seconds), report.error_before, report.error_after,
+                  readable_percent(report.unchanged_fraction));
   if (report.frames > 1.0) {
     text += fmt::format(", a pixel has samples of {:.2g} frames on average", report.frames);
   }

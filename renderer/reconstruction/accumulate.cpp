@@ -21,7 +21,7 @@ struct Comparison {
 constexpr Comparison kComparisons[] = {{1, 1.0f}, {6, 2.0f}};
 static_assert(kComparisons[1].radius + kNoiseRadius + kOutlierRadius <= kAccumulateReach);
 constexpr float kMinSquaredColour = 1e-5f;  // almost black on a display
-constexpr float kRoundingShare = 1e-4f;       // of the squared colour; not a difference
+constexpr float kRoundingShare = 1e-4f;     // of the squared colour; not a difference
 constexpr float kMinAgreement = 1e-3f;
 
 // A feature's mean over both halves, with the variance of this mean.
@@ -133,8 +133,8 @@ std::vector<std::array<BorderedPlane, 2>> own_planes(const DenoiseInput& frame, 
   std::vector<std::array<BorderedPlane, 2>> out;
   for (size_t c = 0; c < 3; ++c) out.push_back({h.half[0].colour[c], h.half[1].colour[c]});
   const auto add = [&](const HalfPlanes& planes) {
-    out.push_back({padded_plane(planes.a, h.width, h.height),
-                   padded_plane(planes.b, h.width, h.height)});
+    out.push_back(
+        {padded_plane(planes.a, h.width, h.height), padded_plane(planes.b, h.width, h.height)});
   };
   if (!frame.albedo[0].a.empty()) {
     for (const HalfPlanes& planes : frame.albedo) add(planes);
@@ -174,8 +174,8 @@ AccumulatedFrames::AccumulatedFrames(const DenoiseInput& frame, const Halves& ha
   for (const NeighbourFrame& neighbour : neighbours) {
     const AlignedFrame aligned(neighbour, width, height);
     const Halves there = prepare_colour(aligned.input());
-    const BorderedPlane same_surface = agreement(
-        halves, there, features, compared_features(aligned.input(), frame.tolerances));
+    const BorderedPlane same_surface =
+        agreement(halves, there, features, compared_features(aligned.input(), frame.tolerances));
     for (size_t s = 0; s < 2; ++s) {
       const BorderedPlane weights =
           half_weights(halves.half[1 - s], there.half[1 - s], same_surface);

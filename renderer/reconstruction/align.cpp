@@ -103,11 +103,17 @@ AlignedFrame::AlignedFrame(const NeighbourFrame& neighbour, int width, int heigh
   }
   for_each_row(height, [&](int y) {
     const size_t first = size_t(y) * size_t(width);
+    std::vector<std::pair<size_t, Taps>> known;  // the row's pixels that have samples there
     for (size_t i = first; i < first + size_t(width); ++i) {
       const Taps taps = taps_at(neighbour.x[i], neighbour.y[i], from.width, from.height);
       if (!taps.known || !has_samples(sources[0], taps) || !has_samples(sources[1], taps)) continue;
-      for (size_t p = 0; p < sources.size(); ++p) planes_[p][i] = interpolate(sources[p], taps);
-      for (size_t s = 0; s < 2; ++s) planes_[s][i] = std::max(planes_[s][i], 0.0f);
+      known.emplace_back(i, taps);
+    }
+    for (size_t p = 0; p < sources.size(); ++p) {
+      for (const auto& [i, taps] : known) planes_[p][i] = interpolate(sources[p], taps);
+    }
+    for (size_t s = 0; s < 2; ++s) {
+      for (const auto& [i, taps] : known) planes_[s][i] = std::max(planes_[s][i], 0.0f);
     }
   });
 }

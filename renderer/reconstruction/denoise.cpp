@@ -339,8 +339,8 @@ DenoisedPicture denoise(const DenoiseInput& input, int begin, int end, const std
   if (!rows.parts.empty()) {
     std::vector<Part> parts;
     for (size_t p = 0; p < rows.parts.size(); ++p) {
-      parts.push_back(read_part(own, rows.parts[p],
-                                accumulated ? &accumulated->input().parts[p] : nullptr));
+      parts.push_back(
+          read_part(own, rows.parts[p], accumulated ? &accumulated->input().parts[p] : nullptr));
     }
     parts = filter_parts(h, std::move(parts), candidates, shares, frame_offset, begin, end, stop);
     if (stop.stop_requested()) return {};
@@ -348,8 +348,8 @@ DenoisedPicture denoise(const DenoiseInput& input, int begin, int end, const std
     for (const Part& part : parts) out.parts.push_back(rows_of(part.filtered, begin, end));
   }
   store_errors(shares, own, begin, end, out);
-  out.frames = accumulated ? accumulated->frames(begin, end)
-                           : double(end - begin) * double(rows.width);
+  out.frames =
+      accumulated ? accumulated->frames(begin, end) : double(end - begin) * double(rows.width);
   return out;
 }
 

@@ -40,7 +40,7 @@ struct DenoiseInput {
   // By how much each feature of a surface may differ in another frame. Used only with neighbours,
   // and only for the first features if the list is shorter than `features`.
   std::vector<float> tolerances;
-  std::vector<HalfColour> parts;     // images whose sum is `colour`, such as light groups
+  std::vector<HalfColour> parts;  // images whose sum is `colour`, such as light groups
   // The image in which each pixel's samples are combined with those of its neighbours
   // (renderer/film/shared_samples.h). This halves the noise before any filter. The spans are empty
   // if the image is unknown. Parts have no such image: their own samples are filtered, and the

@@ -1,0 +1,175 @@
+// Tests `emberline denoise` for sequences, and --across. The result must depend only on the frame
+// and on the files of its neighbours. tests/unit/reconstruction/across_test.cpp tests its quality.
+#include <filesystem>
+#include <nlohmann/json.hpp>
+
+#include "cli/command_test.h"
+
+namespace emberline::test {
+namespace {
+
+namespace fs = std::filesystem;
+
+class DenoiseAcross : public CommandTest {
+ protected:
+  static constexpr const char* kLayers = "denoising,velocity";
+
+  void SetUp() override { render_frames({"--frames", "1-5", "--aov", kLayers}, "shot.####.exr"); }
+
+  // The camera turns by 4 degrees from frame to frame.
+  void render_frames(const Words& more, const std::string& name) {
+    render(Words{"render", scene(), "--turntable", "90", "--size", "48x40", "--spp", "16", "-o",
+                 path(name)} +
+           more);
+  }
+  RunResult denoise(const Words& more) {
+    return run(Words{"denoise", path("shot.####.exr")} + more);
+  }
+  // Denoises all frames to NAME.####.exr.
+  std::string denoise_to(const std::string& name, const Words& more) {
+    const RunResult result = denoise(Words{"-o", path(name + ".####.exr")} + more);
+    EXPECT_EQ(result.exit_code, 0) << result.describe();
+    return result.err;
+  }
+  void expect_same(const std::string& a, const std::string& b) {
+    EXPECT_EQ(first_difference(read_exr(path(a)), read_exr(path(b))), "") << a << ' ' << b;
+  }
+};
+
+std::string combined(const ExrPicture& picture) {
+  const auto found = picture.attributes.find("emberline:denoised_with_frames");
+  return found == picture.attributes.end() ? "none" : found->second;
+}
+
+TEST_F(DenoiseAcross, SameBitsHoweverTheRangeIsSplit) {
+  denoise_to("whole", {"--across", "1", "--threads", "2"});
+  denoise_to("split", {"--across", "1", "--frames", "4,2", "--threads", "1"});
+  denoise_to("split", {"--across", "1", "--frames", "1"});
+  denoise_to("split", {"--across", "1", "--frames", "5,3"});
+  const char* const expected[] = {"1-2", "1-3", "2-4", "3-5", "4-5"};
+  for (int frame = 1; frame <= 5; ++frame) {
+    const std::string end = ".000" + std::to_string(frame) + ".exr";
+    expect_same("whole" + end, "split" + end);
+    EXPECT_EQ(combined(read_exr(path("whole" + end))), expected[frame - 1]);
+  }
+}
+
+// A neighbour that has been denoised still serves with its own samples.
+TEST_F(DenoiseAcross, DenoisedNeighboursServe) {
+  denoise_to("clean", {"--across", "1"});
+  fs::rename(path("clean.0002.exr"), path("shot.0002.exr"));
+  denoise_to("again", {"--across", "1", "--frames", "3"});
+  expect_same("clean.0003.exr", "again.0003.exr");
+}
+
+TEST_F(DenoiseAcross, WithoutItEachFrameIsAlone) {
+  denoise_to("clean", {});
+  const RunResult alone = run({"denoise", path("shot.0003.exr"), "-o", path("alone.exr")});
+  EXPECT_EQ(alone.exit_code, 0);
+  expect_same("clean.0003.exr", "alone.exr");
+  denoise_to("zero", {"--across", "0"});
+  expect_same("zero.0003.exr", "alone.exr");
+  EXPECT_EQ(combined(read_exr(path("alone.exr"))), "none");
+}
+
+TEST_F(DenoiseAcross, HasLessError) {
+  render_frames({"--frames", "3", "--spp", "1024", "--seed", "7"}, "reference.####.exr");
+  denoise_to("alone", {"--frames", "3"});
+  const std::string log = denoise_to("across", {"--frames", "3", "--across", "2"});
+  EXPECT_NE(log.find("frames on average"), std::string::npos) << log;
+  const auto error = [&](const std::string& name) {
+    const RunResult result =
+        run({"compare", path(name), path("reference.0003.exr"), "--json", "--layer", "denoised"});
+    return nlohmann::json::parse(result.out)["relmse_trimmed"].get<double>();
+  };
+  EXPECT_LT(error("across.0003.exr"), error("alone.0003.exr") / 1.2);
+}
+
+// Motion leads from one frame to the next, so frames behind a gap are not used.
+TEST_F(DenoiseAcross, MissingFramesAreLeftOut) {
+  fs::remove(path("shot.0004.exr"));
+  const std::string log = denoise_to("clean", {"--across", "2"});
+  EXPECT_EQ(combined(read_exr(path("clean.0003.exr"))), "1-3");
+  EXPECT_EQ(combined(read_exr(path("clean.0005.exr"))), "5");
+  EXPECT_NE(log.find("shot.0003.exr: combined with fewer frames than --across 2 would use: 1-3"),
+            std::string::npos)
+      << log;
+}
+
+TEST_F(DenoiseAcross, FramesThatDoNotFitAreLeftOut) {
+  denoise_to("clean", {"--across", "1", "--frames", "5"});
+  render_frames({"--frames", "4", "--aov", kLayers, "--size", "40x48"}, "shot.####.exr");
+  render_frames({"--frames", "2", "--aov", "denoising"}, "shot.####.exr");
+  const std::string log = denoise_to("clean", {"--across", "1", "--frames", "3"});
+  EXPECT_EQ(combined(read_exr(path("clean.0003.exr"))), "3");
+  EXPECT_NE(log.find("shot.0004.exr: not combined with its neighbours: it has other pixels"),
+            std::string::npos)
+      << log;
+  EXPECT_NE(log.find("shot.0002.exr: not combined with its neighbours: it has no channels "
+                     "velocity.X, velocity.Y"),
+            std::string::npos)
+      << log;
+}
+
+TEST_F(DenoiseAcross, LightGroupsAddUp) {
+  render_frames({"--frames", "1-3", "--aov", kLayers, "--light-groups", "--env-strength", "0.5",
+                 "--sun", "40,10"},
+                "shot.####.exr");
+  denoise_to("clean", {"--across", "1", "--frames", "2"});
+  const ExrPicture clean = read_exr(path("clean.0002.exr"));
+  std::vector<float> sum(clean.channels.at("R").size(), 0.0f);
+  int groups = 0;
+  for (const auto& [name, values] : clean.channels) {
+    if (!name.starts_with("denoised.light.") || !name.ends_with(".G")) continue;
+    ++groups;
+    for (size_t i = 0; i < sum.size(); ++i) sum[i] += values[i];
+  }
+  EXPECT_GE(groups, 2);
+  for (size_t i = 0; i < sum.size(); ++i) {
+    const float whole = clean.channels.at("denoised.G")[i];
+    ASSERT_NEAR(sum[i], whole, 1e-4f + 1e-4f * whole) << i;
+  }
+}
+
+// One bad frame does not keep the others from being written.
+TEST_F(DenoiseAcross, OneBadFrameIsNotTheEnd) {
+  write("shot.0001.exr", "not a picture");
+  const RunResult result = denoise({"-o", path("clean.####.exr")});
+  EXPECT_EQ(result.exit_code, 3) << result.describe();
+  EXPECT_NE(result.err.find("shot.0001.exr"), std::string::npos);
+  EXPECT_FALSE(fs::exists(path("clean.0001.exr")));
+  for (const char* name : {"clean.0002.exr", "clean.0005.exr"}) EXPECT_TRUE(fs::exists(path(name)));
+}
+
+TEST_F(DenoiseAcross, WritesPictures) {
+  denoise_to("clean", {"--across", "1", "-o", path("clean.####.png")});
+  EXPECT_GT(fs::file_size(path("clean.0004.png")), 100u);
+}
+
+TEST_F(DenoiseAcross, RejectsWhatCannotWork) {
+  const std::string shot = path("shot.####.exr");
+  expect_failure({"denoise", path("shot.0002.exr"), "--across", "1", "-o", path("a.exr")}, 2,
+                 {"--across", "####"});
+  expect_failure({"denoise", path("shot.0002.exr"), "--frames", "2", "-o", path("a.exr")}, 2,
+                 {"--frames", "####"});
+  expect_failure({"denoise", shot, "-o", path("a.exr")}, 2, {"a.exr", "####"});
+  expect_failure({"denoise", shot, "-o", shot}, 2, {"a frame of the sequence"});
+  expect_failure(
+      {"denoise", shot, "-o", path("shot.9.exr"), "-o", path("shot.0005.exr"), "--frames", "3"}, 2,
+      {"a frame of the sequence"});
+  expect_failure({"denoise", shot, "--across", "5", "-o", path("a.####.exr")}, 2,
+                 {"--across", "0 to 4"});
+  expect_failure({"denoise", shot, "--frames", "8", "-o", path("a.####.exr")}, 3,
+                 {"shot.0008.exr"});
+  expect_failure({"denoise", path("none.####.exr"), "--across", "1", "-o", path("a.####.exr")}, 3,
+                 {"none.####.exr"});
+  render_frames({"--frames", "7", "--aov", "denoising"}, "still.####.exr");
+  expect_failure({"denoise", path("still.####.exr"), "--across", "1", "-o", path("a.####.exr")}, 3,
+                 {"velocity.X", "--aov denoising,velocity"});
+  expect_failure({"denoise", shot, "--across", "2", "--frames", "3", "--memory-limit", "1M", "-o",
+                  path("a.####.exr")},
+                 3, {"shot.0003.exr"});
+}
+
+}  // namespace
+}  // namespace emberline::test
