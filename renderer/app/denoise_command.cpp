@@ -9,8 +9,7 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <optional>
-#include <span>
+#include <set>
 #include <utility>
 
 #include "io/exr/writer.h"
@@ -201,42 +200,37 @@ class Results {
   std::vector<std::unique_ptr<DisplayImageWriter>> images_;
 };
 
-// A frame that serves as a neighbour.
-struct OpenedFrame {
-  std::unique_ptr<InputRows> rows;
-  std::unique_ptr<PixelSpool> spool;  // its rows without compression, if it is read more than once
-  std::string unfit;                  // why it cannot be combined; empty if it can
-
-  RowSource source() {
-    if (!spool) return rows->source();
-    return {rows->channels(), 1, std::bind_front(&PixelSpool::read_rows, spool.get())};
-  }
-};
-
-// The frames of a sequence, while they are denoised one after another.
+// The frames of a sequence, while they are denoised one after another. A neighbour is decoded once
+// and kept in a scratch file for the frames after it.
 class Sequence {
  public:
-  // Both must outlive the sequence. `frames` are denoised in this order.
-  Sequence(const DenoiseOptions& options, std::span<const int> frames)
-      : options_(options), frames_(frames), numbers_(existing_frames(options.image)) {}
+  // `options` must outlive the sequence.
+  explicit Sequence(const DenoiseOptions& options)
+      : options_(options), numbers_(existing_frames(options.image)) {}
 
   const std::vector<int>& numbers() const { return numbers_; }
 
-  // Opens the neighbours of a frame that exist and fit, those of the same distance together. The
-  // result is valid until the next call.
+  // Reads the neighbours of a frame that exist and fit, those of the same distance together. Names
+  // the others in the log. The result is valid until the next call. Scratch files are created
+  // beside `output`.
   std::vector<DenoiseNeighbour> neighbours_of(int number, const InputRows& frame,
+                                              const std::string& output,
                                               const LoadProgress& progress) {
-    std::erase_if(opened_, [&](const auto& entry) { return !is_near(entry.first, number); });
+    std::erase_if(decoded_, [&](const auto& entry) {
+      return std::abs(int64_t(entry.first) - number) > options_.across;
+    });
     std::vector<DenoiseNeighbour> list;
     combined_ = {number};
     std::array<bool, 2> ended = {};
     for (int distance = 1; distance <= options_.across; ++distance) {
       for (const size_t side : {size_t(0), size_t(1)}) {
         const int offset = side == 0 ? distance : -distance;
-        OpenedFrame* const opened = ended[side] ? nullptr : open(number + offset, frame, progress);
-        ended[side] = opened == nullptr;
-        if (opened == nullptr) continue;
-        list.push_back({offset, opened->source()});
+        ended[side] = ended[side] || !decode(number + offset, frame, output, progress);
+        if (ended[side]) continue;
+        const Decoded& neighbour = decoded_.at(number + offset);
+        list.push_back({offset,
+                        {neighbour.channels, 1,
+                         std::bind_front(&PixelSpool::read_rows, neighbour.rows.get())}});
         combined_.push_back(number + offset);
       }
     }
@@ -252,56 +246,70 @@ class Sequence {
   std::string combined() const { return format_frames(combined_); }
 
  private:
-  bool is_near(int a, int b) const { return std::abs(int64_t(a) - b) <= options_.across; }
+  struct Decoded {
+    FloatImage image;  // without values
+    std::vector<std::string> channels;
+    std::unique_ptr<PixelSpool> rows;
+  };
 
-  // Returns null if there is no such frame, or, with a warning, if it does not fit.
-  OpenedFrame* open(int number, const InputRows& frame, const LoadProgress& progress) {
-    if (!std::ranges::binary_search(numbers_, number)) return nullptr;
+  // Returns false if there is no such frame, or, with a warning, if it does not fit.
+  bool decode(int number, const InputRows& frame, const std::string& output,
+              const LoadProgress& progress) {
+    if (!std::ranges::binary_search(numbers_, number)) return false;
+    const std::vector<std::string> channels = neighbour_channels(frame.channels());
+    const auto known = decoded_.find(number);
+    if (known != decoded_.end() && known->second.channels == channels &&
+        why_unfit(frame.file().image(), known->second.image).empty()) {
+      return true;
+    }
     const std::string path = expand_frame_number(options_.image, number);
-    const auto [entry, is_new] = opened_.try_emplace(number);
-    OpenedFrame& opened = entry->second;
-    if (is_new) {
-      opened.rows =
-          std::make_unique<InputRows>(path, progress, neighbour_channels(frame.channels()));
+    try {
+      InputRows rows(path, progress, channels);
+      const FloatImage& image = rows.file().image();
+      const std::vector<std::string> missing = rows.missing(channels);
+      std::string unfit = why_unfit(frame.file().image(), image);
+      if (unfit.empty() && !missing.empty()) unfit = "it has no channels " + listed(missing);
+      if (!unfit.empty()) {
+        warn_once(number, fmt::format("{}: not combined with its neighbours: {}", path, unfit));
+        return false;
+      }
+      decoded_.insert_or_assign(number, Decoded{image, channels, copy_of(rows, output)});
+      return true;
+    } catch (const InputError& error) {
+      warn_once(number, fmt::format("{}; not combined with its neighbours", error.what()));
+      return false;
     }
-    opened.unfit = why_unfit(frame, *opened.rows);
-    if (!opened.unfit.empty()) {
-      log_warning(fmt::format("{}: not combined with its neighbours: {}", path, opened.unfit));
-      return nullptr;
-    }
-    const auto uses = std::ranges::count_if(frames_, [&](int f) { return is_near(f, number); });
-    if (is_new && uses > 1) spool(opened);
-    return &opened;
   }
 
-  static std::string why_unfit(const InputRows& frame, const InputRows& rows) {
-    const FloatImage &here = frame.file().image(), &there = rows.file().image();
+  static std::string why_unfit(const FloatImage& here, const FloatImage& there) {
     if (here.data_window != there.data_window || here.frame_width != there.frame_width ||
         here.frame_height != there.frame_height) {
       return "it has other pixels";
     }
-    if (here.space != there.space) return "its colours have another space";
-    const std::vector<std::string> missing = rows.missing(neighbour_channels(frame.channels()));
-    return missing.empty() ? "" : "it has no channels " + listed(missing);
+    return here.space == there.space ? "" : "its colours have another space";
   }
 
-  void spool(OpenedFrame& opened) const {
-    const Rect& crop = opened.rows->file().image().data_window;
-    opened.spool = std::make_unique<PixelSpool>(options_.outputs.front(), crop,
-                                                opened.rows->channels().size());
-    const int step = opened.rows->file().rows_at_once();
+  static std::unique_ptr<PixelSpool> copy_of(InputRows& from, const std::string& output) {
+    const Rect& crop = from.file().image().data_window;
+    auto copy = std::make_unique<PixelSpool>(output, crop, from.channels().size());
+    const int step = from.file().rows_at_once();
     std::vector<float> pixels;
     for (int y = crop.y0; y < crop.y1; y += step) {
       const Rect rows = {crop.x0, y, crop.x1, std::min(y + step, crop.y1)};
-      opened.rows->read(rows.height(), pixels);
-      opened.spool->write_tile(rows, pixels);
+      from.read(rows.height(), pixels);
+      copy->write_tile(rows, pixels);
     }
+    return copy;
+  }
+
+  void warn_once(int number, const std::string& text) {
+    if (warned_.insert(number).second) log_warning(text);
   }
 
   const DenoiseOptions& options_;
-  std::span<const int> frames_;
   std::vector<int> numbers_;  // of all existing frames, in ascending order
-  std::map<int, OpenedFrame> opened_;
+  std::map<int, Decoded> decoded_;
+  std::set<int> warned_;
   std::vector<int> combined_;
 };
 
@@ -317,7 +325,9 @@ int denoise_frame(const DenoiseOptions& options, Sequence* sequence, int number)
                     .rows = rows.source(),
                     .tile_size = rows.file().tile_size(),
                     .write = {}};
-  if (sequence != nullptr) job.neighbours = sequence->neighbours_of(number, rows, progress);
+  if (sequence != nullptr) {
+    job.neighbours = sequence->neighbours_of(number, rows, options.outputs.front(), progress);
+  }
   const MemoryReservation memory(
       progress.budget(), MemoryPart::kFilm,
       denoise_bytes(image.data_window, rows.file().tile_size(), image.channel_names,
@@ -352,7 +362,7 @@ DenoiseOptions options_of_frame(const DenoiseOptions& options, int number) {
 }
 
 int denoise_sequence(const DenoiseOptions& options) {
-  Sequence sequence(options, options.frames);
+  Sequence sequence(options);
   if (options.frames.size() > 1) {
     for (const std::string& path : options.outputs) {
       check_frame_number("-o", path, options.image);

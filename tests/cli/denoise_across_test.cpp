@@ -1,5 +1,6 @@
 // Tests `emberline denoise` for sequences, and --across. The result must depend only on the frame
 // and on the files of its neighbours. tests/unit/reconstruction/across_test.cpp tests its quality.
+#include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -131,14 +132,25 @@ TEST_F(DenoiseAcross, LightGroupsAddUp) {
   }
 }
 
-// One bad frame does not keep the others from being written.
+// One bad frame does not keep the others from being written, whether its header is damaged or its
+// pixels are.
 TEST_F(DenoiseAcross, OneBadFrameIsNotTheEnd) {
-  write("shot.0001.exr", "not a picture");
-  const RunResult result = denoise({"-o", path("clean.####.exr")});
-  EXPECT_EQ(result.exit_code, 3) << result.describe();
-  EXPECT_NE(result.err.find("shot.0001.exr"), std::string::npos);
-  EXPECT_FALSE(fs::exists(path("clean.0001.exr")));
-  for (const char* name : {"clean.0002.exr", "clean.0005.exr"}) EXPECT_TRUE(fs::exists(path(name)));
+  const auto bytes = read_bytes(path("shot.0003.exr"));
+  for (const size_t size : {size_t(20), bytes.size() / 2}) {
+    SCOPED_TRACE(size);
+    write("shot.0003.exr", std::string(bytes.begin(), bytes.begin() + std::ptrdiff_t(size)));
+    for (const char* across : {"0", "2"}) {
+      const RunResult result = denoise({"--across", across, "-o", path("clean.####.exr")});
+      EXPECT_EQ(result.exit_code, 3) << result.describe();
+      EXPECT_NE(result.err.find("error: " + path("shot.0003.exr")), std::string::npos);
+      EXPECT_FALSE(fs::exists(path("clean.0003.exr")));
+    }
+    EXPECT_EQ(combined(read_exr(path("clean.0001.exr"))), "1-2");
+    EXPECT_EQ(combined(read_exr(path("clean.0005.exr"))), "4-5");
+  }
+  const Words left = {"clean.0001.exr", "clean.0002.exr", "clean.0004.exr", "clean.0005.exr"};
+  EXPECT_TRUE(std::ranges::includes(files(), left));
+  EXPECT_EQ(files().size(), left.size() + 6);  // five frames and the scene, no scratch file
 }
 
 TEST_F(DenoiseAcross, WritesPictures) {
