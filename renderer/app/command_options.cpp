@@ -106,6 +106,12 @@ void add_range_options(CLI::App* app, RenderOptions& o) {
                     "list of them. #### in the names of outputs becomes the frame's number. Frame "
                     "N shows the scene at N / `fps` seconds.",
             .example = "--frames 1-24 -o shot.####.exr"});
+  add_number(app, "--across", o.across, 0, kMaxAcross,
+             {.section = H::kOutput,
+              .full = std::string(kAcrossText) +
+                      " Requires --denoise, several frames and an .exr output. The frames are "
+                      "denoised after all of them are rendered, as `emberline denoise` does.",
+              .example = "--frames 1-24 --denoise --across 2 -o shot.####.exr"});
   add_flag(
       app, "--skip-existing", o.skip_existing,
       {.section = H::kOutput, .full = "Skip frames whose outputs all exist and are complete."});

@@ -126,13 +126,13 @@ struct CompareOptions {
 int run_compare(const CompareOptions& options);
 
 // `emberline denoise`: denoises finished frames.
-inline constexpr int kMaxAcross = 4;
 struct DenoiseOptions {
   // An .exr with the channels of `--aov denoising`. A sequence if it has a frame number.
   std::string image;
   std::vector<std::string> outputs;  // .exr: all channels plus results; .png, .jpg: the picture
   std::vector<int> frames;           // of a sequence; empty: all existing frames
   int across = 0;                    // number of neighbouring frames on either side
+  bool in_place = false;             // whether outputs may replace frames of the sequence
   DisplaySettings display;           // for .png and .jpg
   int threads = 0;                   // 0: all
   LimitOptions limits;

@@ -369,7 +369,7 @@ int denoise_sequence(const DenoiseOptions& options) {
     }
   }
   FileRegister files;
-  for (const int number : sequence.numbers()) {
+  for (const int number : options.in_place ? std::vector<int>() : sequence.numbers()) {
     files.read(expand_frame_number(options.image, number), "it is a frame of the sequence");
   }
   for (const int number : options.frames) {

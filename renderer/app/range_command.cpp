@@ -10,13 +10,16 @@
 
 #include "io/files/atomic_file.h"
 #include "io/files/write_attempts.h"
+#include "io/image/input.h"
 #include "renderer/app/command_frame.h"
 #include "renderer/app/failure.h"
 #include "renderer/app/frame_range.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/file_suffix.h"
 #include "renderer/core/log.h"
 #include "renderer/core/shortened.h"
 #include "renderer/engine/process_usage.h"
+#include "renderer/film/channels.h"
 #include "renderer/output/checkpoint.h"
 #include "renderer/output/finished_frame.h"
 #include "renderer/output/outputs.h"
@@ -165,8 +168,30 @@ class RangeRun {
     report_.remaining.assign(frames_.begin() + std::ptrdiff_t(next), frames_.end());
   }
 
+  // Denoises the rendered frames and those near them, and replaces their pictures. `outputs` are
+  // those of the range; `image` is one of them.
+  void denoise(const DenoiseOptions& denoise) {
+    if (stopped_) {
+      log_info("the frames are not denoised; repeat the command with --skip-existing");
+      return;
+    }
+    DenoiseOptions options = denoise;
+    const std::vector<int> rendered = report_.frames_with_status(FrameStatus::kDone);
+    for (const FrameOutcome& outcome : report_.frames) {
+      const bool is_changed = std::ranges::any_of(rendered, [&](int frame) {
+        return std::abs(int64_t(frame) - outcome.frame) <= options.across;
+      });
+      const bool is_skipped = outcome.status == FrameStatus::kSkipped;
+      if (outcome.status != FrameStatus::kDone && !is_skipped) continue;
+      if (is_changed || !is_denoised(expand_frame_number(options.image, outcome.frame))) {
+        options.frames.push_back(outcome.frame);
+      }
+    }
+    if (!options.frames.empty()) denoising_ = run_denoise(options);
+  }
+
   int report() {
-    int exit_code = stopped_ ? kExitStopped : kExitDone;
+    int exit_code = stopped_ ? kExitStopped : denoising_;
     for (const FrameOutcome& outcome : report_.frames) {
       exit_code = std::max(exit_code, outcome.exit_code);
     }
@@ -185,6 +210,10 @@ class RangeRun {
   }
 
  private:
+  static bool is_denoised(const std::string& image) {
+    return FloatImageRows(image).image().find_channel("denoised.R") >= 0;
+  }
+
   bool should_stop() const {
     if (stopped_ || report_.frames.empty()) return stopped_;
     return options_.stop_on_error && report_.frames.back().status == FrameStatus::kFailed;
@@ -242,17 +271,45 @@ class RangeRun {
   const Stopwatch wall_;
   bool rendered_ = false;  // whether at least one frame has been rendered
   bool stopped_ = false;   // by the user or the end of the job
+  int denoising_ = kExitDone;
   RangeReport report_;
 };
+
+// Returns how the range is denoised. Throws UsageError if it cannot be.
+DenoiseOptions denoising_of(const RenderOptions& options) {
+  const auto exr = std::ranges::find_if(options.outputs, is_exr);
+  if (!options.denoise || exr == options.outputs.end() || is_part(options)) {
+    throw UsageError("--across requires --denoise and an .exr output, and excludes --part");
+  }
+  return {.image = *exr,
+          .outputs = options.outputs,
+          .frames = {},
+          .across = options.across,
+          .in_place = true,
+          .display = options.display,
+          .threads = options.threads,
+          .limits = options.limits};
+}
+
+// The frames are rendered with what denoising reads, and are denoised later.
+RenderOptions undenoised(RenderOptions options) {
+  options.denoise = false;
+  options.aovs =
+      canonical_aovs(options.aovs + (options.aovs.empty() ? "" : ",") + "denoising,velocity");
+  return options;
+}
 
 }  // namespace
 
 int run_range(const RenderOptions& options, const std::vector<int>& frames) {
-  RangeRun range(options, frames);
+  std::optional<DenoiseOptions> denoising;
+  if (options.across > 0) denoising = denoising_of(options);
+  RangeRun range(denoising ? undenoised(options) : options, frames);
   range.check_names();
   if (!options.range_report.empty()) check_writable(options.range_report);
   check_output_folders(options, frames.front());
   range.render();
+  if (denoising) range.denoise(*denoising);
   return range.report();
 }
 

@@ -43,7 +43,10 @@ int run_render(const RenderOptions& options) {
   if (options.replay) {
     return replay(frames.empty() ? options : options_of_frame(options, frames.front()));
   }
-  return frames.empty() ? render_single(options) : run_range(options, frames);
+  if (!frames.empty()) return run_range(options, frames);
+  if (options.across > 0)
+    throw UsageError("--across needs several frames: --frames or --turntable");
+  return render_single(options);
 }
 
 }  // namespace emberline

@@ -119,4 +119,11 @@ void add_display_options(CLI::App* app, DisplaySettings& options);
 void add_outputs(CLI::App* app, RenderOptions& options, const OptionText& output,
                  const OptionText& report);
 
+// The largest value of --across, and what the option does.
+inline constexpr int kMaxAcross = 4;
+inline constexpr const char* kAcrossText =
+    "Combine each frame with up to N frames before and N frames after it, moved by their velocity, "
+    "where they show the same surface in the same light. A frame without enough neighbours is "
+    "filtered with those that exist.";
+
 }  // namespace emberline

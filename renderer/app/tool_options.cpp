@@ -330,10 +330,8 @@ void add_denoise_options(CLI::App* app, DenoiseOptions& o) {
   add_number(app, "--across", o.across, 0, kMaxAcross,
              {.section = H::kOutput,
               .brief = "use the samples of the N frames before and after each frame",
-              .full = "Combine each frame with up to N frames before and N frames after it, moved "
-                      "by their velocity, where they show the same surface in the same light. This "
-                      "needs a sequence of frames with --aov denoising,velocity. A frame without "
-                      "enough neighbours is filtered with those that exist.",
+              .full = std::string(kAcrossText) +
+                      " This needs a sequence of frames with --aov denoising,velocity.",
               .example = "shot.####.exr --across 2 -o clean.####.exr"});
   CLI::Option* frames = app->add_option_function<std::string>(
       "--frames", [&o](const std::string& text) { o.frames = parse_frames(text); });

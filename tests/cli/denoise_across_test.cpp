@@ -153,6 +153,41 @@ TEST_F(DenoiseAcross, OneBadFrameIsNotTheEnd) {
   EXPECT_EQ(files().size(), left.size() + 6);  // five frames and the scene, no scratch file
 }
 
+// The range is denoised as `denoise --across` does it, and its pictures are replaced.
+TEST_F(DenoiseAcross, RenderedAndDenoisedByOneCommand) {
+  denoise_to("clean", {"--across", "1", "-o", path("clean.####.png")});
+  const Words frames = {"--denoise", "--across", "1", "-o", path("now.####.png")};
+  render_frames(frames + Words{"--frames", "1-5"}, "now.####.exr");
+  for (int frame = 1; frame <= 5; ++frame) {
+    const std::string number = ".000" + std::to_string(frame);
+    expect_same("clean" + number + ".exr", "now" + number + ".exr");
+    EXPECT_EQ(read_bytes(path("clean" + number + ".png")),
+              read_bytes(path("now" + number + ".png")));
+  }
+  // Only a missing frame is rendered again, and only its neighbours are denoised again.
+  fs::remove(path("now.0001.exr"));
+  const auto untouched = fs::last_write_time(path("now.0004.exr"));
+  const auto neighbour = fs::last_write_time(path("now.0002.exr"));
+  render_frames(frames + Words{"--frames", "1-5", "--skip-existing"}, "now.####.exr");
+  for (const char* number : {"1", "2", "3"}) {
+    expect_same("clean.000" + std::string(number) + ".exr",
+                "now.000" + std::string(number) + ".exr");
+  }
+  EXPECT_EQ(fs::last_write_time(path("now.0004.exr")), untouched);
+  EXPECT_GT(fs::last_write_time(path("now.0002.exr")), neighbour);
+}
+
+TEST_F(DenoiseAcross, ARangeNeedsWhatItDenoises) {
+  const Words render = {"render", scene(), "--turntable", "90",       "--size",
+                        "16x16",  "--spp", "1",           "--across", "1"};
+  expect_failure(render + Words{"--frames", "1-2", "-o", path("a.##.exr")}, 2,
+                 {"--across", "--denoise"});
+  expect_failure(render + Words{"--frames", "1-2", "--denoise", "-o", path("a.##.png")}, 2,
+                 {"--across", ".exr"});
+  expect_failure({"render", scene(), "--denoise", "--across", "1", "-o", path("a.exr")}, 2,
+                 {"--across", "--frames"});
+}
+
 TEST_F(DenoiseAcross, WritesPictures) {
   denoise_to("clean", {"--across", "1", "-o", path("clean.####.png")});
   EXPECT_GT(fs::file_size(path("clean.0004.png")), 100u);

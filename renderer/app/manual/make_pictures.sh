@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Renders the manual's own pictures: make_pictures.sh [EMBERLINE]. Takes a few minutes on two cores.
-# Needs oiiotool (Debian: openimageio-tools).
+# Needs oiiotool and img2webp (Debian: openimageio-tools, webp).
 set -euo pipefail
 cd "$(dirname "$0")"
 emberline=$(realpath "${1:-../../../build/release/bin/emberline}")
@@ -35,6 +35,15 @@ render spheres --size 480x270 --spp 64 --transparent --catcher paper -o over.exr
 oiiotool --pattern constant:color=0.25,0.35,0.5,1 480x270 4 -o plate.exr
 oiiotool over.exr --ch R,G,B,A plate.exr --over --ch R,G,B --colorconvert linear sRGB -d uint8 -o over.png
 join catcher 1x1 over.png
+
+render teapot --env "$scenes/studio.hdr" --spp 16 --turntable 240 --frames 1-8 --aov denoising,velocity -o shot.####.exr
+"$emberline" denoise shot.####.exr -q -o alone.####.png
+"$emberline" denoise shot.####.exr -q --across 2 -o across.####.png
+for frame in 000{1..8}; do
+  "$emberline" show shot.$frame.exr -q -o raw.$frame.png
+  oiiotool {raw,alone,across}.$frame.png --mosaic:pad=4 3x1 -o frame.$frame.png
+done
+img2webp -loop 0 -lossy -q 80 -d 120 frame.*.png -o "$out/across.webp"
 
 judge() { # arguments: NAME CHANNELS
   render spheres --transparent --catcher paper --driver adaptive --noise-threshold 0.01 --judge "$2" --aov stop -o "$1.exr"
