@@ -19,7 +19,6 @@
 #include "renderer/core/log.h"
 #include "renderer/core/shortened.h"
 #include "renderer/engine/process_usage.h"
-#include "renderer/film/channels.h"
 #include "renderer/output/checkpoint.h"
 #include "renderer/output/finished_frame.h"
 #include "renderer/output/outputs.h"
@@ -294,8 +293,7 @@ DenoiseOptions denoising_of(const RenderOptions& options) {
 // The frames are rendered with what denoising reads, and are denoised later.
 RenderOptions undenoised(RenderOptions options) {
   options.denoise = false;
-  options.aovs =
-      canonical_aovs(options.aovs + (options.aovs.empty() ? "" : ",") + "denoising,velocity");
+  options.aovs += std::string(options.aovs.empty() ? "" : ",") + "denoising,velocity";
   return options;
 }
 

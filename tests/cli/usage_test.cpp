@@ -31,6 +31,7 @@ const std::vector<WrongValue>& wrong_values() {
   static const Words kHeatmap = {"--heatmap", "d.png"};
   static const std::vector<WrongValue> rows = {
       {"--output", {"foo", "foo.tif", "exr", "."}, {".exr, .png, .jpg, .jpeg"}},
+      {"--across", numbers({"-1", "5", "1.5"}), {"0 to 4"}},
       {"--size",
        {"0x0", "-1", "1e9", "16", "16x", "x16", "-4x4", "16x16x1", "1.5x2", "65537x1", "nanx4",
         "99999999999x1", "16X16", "16x16 "},
