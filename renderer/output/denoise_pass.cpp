@@ -30,8 +30,10 @@ constexpr int kBandRows = 384;
 constexpr uint64_t kFilterBytes = 368, kLightGroupBytes = 88;
 // What denoise() needs in addition if there are neighbours, whatever their number.
 constexpr uint64_t kAcrossBytes = 320, kAcrossLightGroupBytes = 88;
+// Velocities are interpolated between a row and the next.
+constexpr int kVelocityRows = 1;
 // Rows of a neighbour above and below those of the frame.
-constexpr int kNeighbourRows = kMotionReach + std::max(kNeighbourReach, 1);
+constexpr int kNeighbourRows = kMotionReach + std::max(kNeighbourReach, kVelocityRows);
 constexpr std::array kChannels = {"R", "G", "B"};
 constexpr std::array kColour = {".R", ".G", ".B"};
 constexpr const char* kLightLayer = "light.";
@@ -189,7 +191,7 @@ class DenoisePass {
         results_(denoise_results(job.rows.channels).size()),
         height_(job.crop.height()),
         margin_(margin_rows(job.neighbours.size())),
-        window_(job.crop, job.rows, job.tile_size, margin_) {
+        window_(job.crop, job.rows, job.tile_size, margin_ + kVelocityRows) {
     for (const DenoiseNeighbour& neighbour : job.neighbours) {
       neighbours_.push_back(
           {neighbour.offset, {job.crop, neighbour.rows, job.tile_size, margin_ + kNeighbourRows}});
@@ -218,7 +220,7 @@ class DenoisePass {
   // Filters rows [begin, end), counted from the top of the crop.
   void pass(int begin, int end) {
     const int first = std::max(0, begin - margin_), last = std::min(height_, end + margin_);
-    window_.move_to(first, last);
+    window_.move_to(first, last + kVelocityRows);
     for (Neighbour& neighbour : neighbours_) {
       neighbour.window.move_to(first - kNeighbourRows, last + kNeighbourRows);
     }
@@ -430,7 +432,7 @@ uint64_t denoise_bytes(const Rect& crop, int tile_size, Names channels, int rows
                        size_t neighbours) {
   const auto width = uint64_t(crop.width());
   const int margin = margin_rows(neighbours);
-  const auto rows = uint64_t(window_rows(crop, tile_size, rows_at_once, margin));
+  const auto rows = uint64_t(window_rows(crop, tile_size, rows_at_once, margin + kVelocityRows));
   const auto read = uint64_t(std::min(crop.height(), read_rows(rows_at_once) + 2));
   const size_t of_channels = resolved_channel_names(channels).size() * sizeof(float);
   const size_t of_films = channels.size() * sizeof(float);

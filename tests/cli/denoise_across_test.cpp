@@ -55,6 +55,23 @@ TEST_F(DenoiseAcross, SameBitsHoweverTheRangeIsSplit) {
   }
 }
 
+// A tall frame is filtered in bands, whose height depends on the height of the file's tiles.
+TEST_F(DenoiseAcross, SameBitsInAnyBands) {
+  for (const char* bucket : {"64", "50"}) {
+    render_frames({"--frames", "1-3", "--size", "12x1000", "--spp", "2", "--aov", kLayers,
+                   "--bucket-size", bucket},
+                  "tall" + std::string(bucket) + ".#.exr");
+    const RunResult result =
+        run({"denoise", path("tall" + std::string(bucket) + ".#.exr"), "--across", "1", "-o",
+             path("clean" + std::string(bucket) + ".#.exr")});
+    ASSERT_EQ(result.exit_code, 0) << result.describe();
+  }
+  for (const char* number : {"1", "2", "3"}) {
+    expect_same("clean64." + std::string(number) + ".exr",
+                "clean50." + std::string(number) + ".exr");
+  }
+}
+
 // A neighbour that has been denoised still serves with its own samples.
 TEST_F(DenoiseAcross, DenoisedNeighboursServe) {
   denoise_to("clean", {"--across", "1"});
