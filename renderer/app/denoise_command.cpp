@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "io/exr/writer.h"
+#include "io/files/atomic_file.h"
 #include "io/files/register.h"
 #include "io/files/write_attempts.h"
 #include "io/image/input.h"
@@ -37,7 +38,8 @@ constexpr const char* kCombinedFrames = "emberline:denoised_with_frames";
 class InputRows {
  public:
   // Reads all channels except the results of an earlier denoising.
-  InputRows(const std::string& path, const LoadProgress& progress) : file_(path, progress) {
+  InputRows(const std::string& path, const LoadProgress& progress)
+      : path_(path), file_(path, progress) {
     for (const std::string& name : file_.image().channel_names) {
       if (!name.starts_with("denoised.")) channels_.push_back(name);
     }
@@ -46,10 +48,11 @@ class InputRows {
   // Reads these channels. Before read() is called, missing() must be empty.
   InputRows(const std::string& path, const LoadProgress& progress,
             std::vector<std::string> channels)
-      : file_(path, progress), channels_(std::move(channels)) {
+      : path_(path), file_(path, progress), channels_(std::move(channels)) {
     find_channels();
   }
 
+  const std::string& path() const { return path_; }
   const FloatImageRows& file() const { return file_; }
   const std::vector<std::string>& channels() const { return channels_; }
   // Returns those of `names` that the file lacks.
@@ -130,6 +133,7 @@ class InputRows {
     }
   }
 
+  std::string path_;
   FloatImageRows file_;
   std::vector<std::string> channels_;
   std::vector<size_t> channel_indices_;
@@ -137,7 +141,7 @@ class InputRows {
 };
 
 // Returns text such as "R, G and more".
-std::string listed(const std::vector<std::string>& names) {
+std::string format_names(const std::vector<std::string>& names) {
   constexpr size_t kMaxListed = 6;
   const auto first = std::span(names).first(std::min(kMaxListed, names.size()));
   return fmt::format("{}{}", fmt::join(first, ", "), names.size() > kMaxListed ? " and more" : "");
@@ -146,7 +150,8 @@ std::string listed(const std::vector<std::string>& names) {
 void check_channels(const std::string& path, const InputRows& rows, int across) {
   const auto need = [&](const std::vector<std::string>& missing, const char* aov) {
     if (missing.empty()) return;
-    throw InputError(path, "it has no channels {}; render it with --aov {}", listed(missing), aov);
+    throw InputError(path, "it has no channels {}; render it with --aov {}", format_names(missing),
+                     aov);
   };
   need(missing_denoise_channels(rows.channels()), "denoising");
   if (across > 0) need(rows.missing(neighbour_channels(rows.channels())), "denoising,velocity");
@@ -208,7 +213,7 @@ class Sequence {
   explicit Sequence(const DenoiseOptions& options)
       : options_(options), numbers_(existing_frames(options.image)) {}
 
-  const std::vector<int>& numbers() const { return numbers_; }
+  const std::vector<int>& numbers() const { return numbers_; }  // of all existing frames
 
   // Reads the neighbours of a frame that exist and fit, those of the same distance together. Names
   // the others in the log. The result is valid until the next call. Scratch files are created
@@ -255,7 +260,7 @@ class Sequence {
   // Returns false if there is no such frame, or, with a warning, if it does not fit.
   bool decode(int number, const InputRows& frame, const std::string& output,
               const LoadProgress& progress) {
-    if (!std::ranges::binary_search(numbers_, number)) return false;
+    if (!std::ranges::binary_search(numbers_, number) || unreadable_.contains(number)) return false;
     const std::vector<std::string> channels = neighbour_channels(frame.channels());
     const auto known = decoded_.find(number);
     if (known != decoded_.end() && known->second.channels == channels &&
@@ -268,15 +273,18 @@ class Sequence {
       const FloatImage& image = rows.file().image();
       const std::vector<std::string> missing = rows.missing(channels);
       std::string unfit = why_unfit(frame.file().image(), image);
-      if (unfit.empty() && !missing.empty()) unfit = "it has no channels " + listed(missing);
+      if (unfit.empty() && !missing.empty()) unfit = "it has no channels " + format_names(missing);
       if (!unfit.empty()) {
-        warn_once(number, fmt::format("{}: not combined with its neighbours: {}", path, unfit));
+        log_warning(fmt::format("{}: not combined with {}: {}", path, frame.path(), unfit));
         return false;
       }
       decoded_.insert_or_assign(number, Decoded{image, channels, copy_of(rows, output)});
       return true;
+    } catch (const LimitError&) {
+      throw;
     } catch (const InputError& error) {
-      warn_once(number, fmt::format("{}; not combined with its neighbours", error.what()));
+      log_warning(fmt::format("{}; not combined with its neighbours", error.what()));
+      unreadable_.insert(number);
       return false;
     }
   }
@@ -284,9 +292,9 @@ class Sequence {
   static std::string why_unfit(const FloatImage& here, const FloatImage& there) {
     if (here.data_window != there.data_window || here.frame_width != there.frame_width ||
         here.frame_height != there.frame_height) {
-      return "it has other pixels";
+      return "its size or crop differs";
     }
-    return here.space == there.space ? "" : "its colours have another space";
+    return here.space == there.space ? "" : "its colour space differs";
   }
 
   static std::unique_ptr<PixelSpool> copy_of(InputRows& from, const std::string& output) {
@@ -302,19 +310,15 @@ class Sequence {
     return copy;
   }
 
-  void warn_once(int number, const std::string& text) {
-    if (warned_.insert(number).second) log_warning(text);
-  }
-
   const DenoiseOptions& options_;
-  std::vector<int> numbers_;  // of all existing frames, in ascending order
+  std::vector<int> numbers_;  // in ascending order
   std::map<int, Decoded> decoded_;
-  std::set<int> warned_;
+  std::set<int> unreadable_;
   std::vector<int> combined_;
 };
 
 // Denoises a single frame. `sequence` is null if the frame is not combined with others.
-int denoise_frame(const DenoiseOptions& options, Sequence* sequence, int number) {
+int denoise_file(const DenoiseOptions& options, Sequence* sequence, int number) {
   const LoadProgress progress({}, {}, limits_of(options.limits, options.image));
   InputRows rows(options.image, progress);
   const FloatImage& image = rows.file().image();
@@ -361,8 +365,9 @@ DenoiseOptions options_of_frame(const DenoiseOptions& options, int number) {
   return one;
 }
 
-int denoise_sequence(const DenoiseOptions& options) {
+int denoise_sequence(DenoiseOptions options) {
   Sequence sequence(options);
+  if (options.frames.empty()) options.frames = sequence.numbers();
   if (options.frames.size() > 1) {
     for (const std::string& path : options.outputs) {
       check_frame_number("-o", path, options.image);
@@ -375,13 +380,16 @@ int denoise_sequence(const DenoiseOptions& options) {
   for (const int number : options.frames) {
     register_outputs(options_of_frame(options, number), files);
   }
+  for (const std::string& path : options.outputs) {
+    check_writable(expand_frame_number(path, options.frames.front()));
+  }
   int exit_code = kExitDone;
   for (const int number : options.frames) {
     const DenoiseOptions one = options_of_frame(options, number);
     try {
       exit_code =
-          std::max(exit_code, denoise_frame(one, options.across > 0 ? &sequence : nullptr, number));
-    } catch (const EmberlineError& error) {
+          std::max(exit_code, denoise_file(one, options.across > 0 ? &sequence : nullptr, number));
+    } catch (const std::exception& error) {
       const Failure failure = failure_of(error);
       log_error(failure.message);
       exit_code = std::max(exit_code, failure.exit_code);
@@ -396,10 +404,7 @@ int run_denoise(const DenoiseOptions& options) {
   const WorkerThreads workers(options.threads);
   DenoiseOptions limited = options;
   limited.threads = workers.count();
-  if (is_sequence(options.image)) {
-    if (limited.frames.empty()) limited.frames = existing_frames(options.image);
-    return denoise_sequence(limited);
-  }
+  if (is_sequence(options.image)) return denoise_sequence(std::move(limited));
   if (options.across > 0 || !options.frames.empty()) {
     throw UsageError("--{} needs a sequence: write #### instead of the frame's number in {}",
                      options.across > 0 ? "across" : "frames", options.image);
@@ -407,7 +412,7 @@ int run_denoise(const DenoiseOptions& options) {
   FileRegister files;
   files.read(options.image, "it is the frame itself");
   register_outputs(options, files);
-  return denoise_frame(limited, nullptr, 0);
+  return denoise_file(limited, nullptr, 0);
 }
 
 }  // namespace emberline

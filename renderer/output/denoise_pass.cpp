@@ -28,12 +28,11 @@ constexpr int kBandRows = 384;
 // Bytes that denoise() needs per pixel, including the results, and the bytes that it needs per
 // pixel for each light group.
 constexpr uint64_t kFilterBytes = 368, kLightGroupBytes = 88;
-// What denoise() needs in addition if there are neighbours, whatever their number.
+// Additional bytes per pixel if there are neighbours, whatever their number.
 constexpr uint64_t kAcrossBytes = 320, kAcrossLightGroupBytes = 88;
-// Velocities are interpolated between a row and the next.
-constexpr int kVelocityRows = 1;
 // Rows of a neighbour above and below those of the frame.
-constexpr int kNeighbourRows = kMotionReach + std::max(kNeighbourReach, kVelocityRows);
+constexpr int kNeighbourRows = kMotionReach + kNeighbourReach;
+static_assert(kNeighbourReach >= kVelocityReach);
 constexpr std::array kChannels = {"R", "G", "B"};
 constexpr std::array kColour = {".R", ".G", ".B"};
 constexpr const char* kLightLayer = "light.";
@@ -96,16 +95,17 @@ class PlaneWindow {
     for (std::vector<float>& plane : planes_) plane.reserve(size_t(rows) * width_);
   }
 
-  // Moves on, so that the window has at least rows [begin, end) of the crop.
-  void move_to(int begin, int end) {
+  // Moves on, so that the window has at least rows [begin, end) of the crop. `buffer` is for the
+  // rows that are read.
+  void move_to(int begin, int end, std::vector<float>& buffer) {
     drop_above(std::max(0, begin));
     end = std::min(crop_.height(), end);
     while (end_ < end) {
       const int row_count = std::min(end - end_, read_rows(source_.rows_at_once));
       const int parts = (row_count + source_.rows_at_once - 1) / source_.rows_at_once;
       const int to = std::min(crop_.height(), end_ + parts * source_.rows_at_once);
-      source_.read({crop_.x0, crop_.y0 + end_, crop_.x1, crop_.y0 + to}, read_);
-      append(read_, to - end_);
+      source_.read({crop_.x0, crop_.y0 + end_, crop_.x1, crop_.y0 + to}, buffer);
+      append(buffer, to - end_);
     }
   }
 
@@ -157,12 +157,10 @@ class PlaneWindow {
   const RowSource& source_;
   size_t width_;
   std::vector<std::vector<float>> planes_;
-  std::vector<float> read_;
   int begin_ = 0, end_ = 0;
 };
 
-// `colour_layer` is empty, or "shared." for a neighbour, of which the samples of its own pixels are
-// not read.
+// `colour_layer` is "shared." for a neighbour, because its unshared colours are not read.
 DenoiseInput input_of(const PlaneWindow& window, const Rect& crop,
                       std::span<const std::string> layers, const std::string& colour_layer) {
   DenoiseInput input;
@@ -191,7 +189,7 @@ class DenoisePass {
         results_(denoise_results(job.rows.channels).size()),
         height_(job.crop.height()),
         margin_(margin_rows(job.neighbours.size())),
-        window_(job.crop, job.rows, job.tile_size, margin_ + kVelocityRows) {
+        window_(job.crop, job.rows, job.tile_size, margin_) {
     for (const DenoiseNeighbour& neighbour : job.neighbours) {
       neighbours_.push_back(
           {neighbour.offset, {job.crop, neighbour.rows, job.tile_size, margin_ + kNeighbourRows}});
@@ -208,7 +206,7 @@ class DenoisePass {
             double(unchanged_) / pixels,
             clock.seconds(),
             stopped_,
-            frames_ / pixels};
+            neighbours_.empty() ? 0.0 : frames_ / pixels};
   }
 
  private:
@@ -220,9 +218,9 @@ class DenoisePass {
   // Filters rows [begin, end), counted from the top of the crop.
   void pass(int begin, int end) {
     const int first = std::max(0, begin - margin_), last = std::min(height_, end + margin_);
-    window_.move_to(first, last + kVelocityRows);
+    window_.move_to(first, last, read_);
     for (Neighbour& neighbour : neighbours_) {
-      neighbour.window.move_to(first - kNeighbourRows, last + kNeighbourRows);
+      neighbour.window.move_to(first - kNeighbourRows, last + kNeighbourRows, read_);
     }
     const std::vector<std::vector<float>> positions = find_positions(first, last);
     std::vector<NeighbourFrame> near;
@@ -348,6 +346,7 @@ class DenoisePass {
   const int height_, margin_;
   PlaneWindow window_;
   std::vector<Neighbour> neighbours_;
+  std::vector<float> read_;
   double before_ = 0.0, after_ = 0.0, frames_ = 0.0;
   size_t unchanged_ = 0;
   bool stopped_ = false;
@@ -365,8 +364,8 @@ std::string describe(const DenoiseReport& report) {
       fmt::format("denoised in {}: expected error {:.2g} -> {:.2g}, {} of the pixels are unchanged",
                   readable_seconds(report.seconds), report.error_before, report.error_after,
                   readable_percent(report.unchanged_fraction));
-  if (report.frames > 1.0) {
-    text += fmt::format(", a pixel has samples of {:.2g} frames on average", report.frames);
+  if (report.frames > 0.0) {
+    text += fmt::format(", a pixel combines {:.1f} frames on average", report.frames);
   }
   return text;
 }
@@ -432,7 +431,7 @@ uint64_t denoise_bytes(const Rect& crop, int tile_size, Names channels, int rows
                        size_t neighbours) {
   const auto width = uint64_t(crop.width());
   const int margin = margin_rows(neighbours);
-  const auto rows = uint64_t(window_rows(crop, tile_size, rows_at_once, margin + kVelocityRows));
+  const auto rows = uint64_t(window_rows(crop, tile_size, rows_at_once, margin));
   const auto read = uint64_t(std::min(crop.height(), read_rows(rows_at_once) + 2));
   const size_t of_channels = resolved_channel_names(channels).size() * sizeof(float);
   const size_t of_films = channels.size() * sizeof(float);

@@ -19,8 +19,8 @@ struct DenoiseReport {
   double unchanged_fraction = 0.0;               // fraction of pixels left unfiltered
   double seconds = 0.0;
   bool stopped = false;  // stopped early; the remaining pixels are unfiltered
-  // The number of frames whose samples a pixel combines on average; 1 without neighbours.
-  double frames = 1.0;
+  // The number of frames that a pixel combines on average; 0 if there were no neighbours.
+  double frames = 0.0;
 };
 
 // Returns text such as "denoised in 3 s: expected error 0.02 -> 0.004, 12 % of the pixels are

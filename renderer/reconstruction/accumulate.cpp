@@ -15,10 +15,9 @@ constexpr int kFeatureNoiseRadius = 1;
 // large one, for light that has changed. These values were chosen on three sequences
 // (tests/bench/results/denoising.md).
 struct Comparison {
-  int radius;
-  float factor;
+  int radius, power;
 };
-constexpr Comparison kComparisons[] = {{1, 1.0f}, {6, 2.0f}};
+constexpr Comparison kComparisons[] = {{1, 1}, {6, 2}};
 static_assert(kComparisons[1].radius + kNoiseRadius + kOutlierRadius <= kAccumulateReach);
 constexpr float kMinSquaredColour = 1e-5f;  // almost black on a display
 constexpr float kRoundingShare = 1e-4f;     // of the squared colour; not a difference
@@ -57,7 +56,7 @@ std::vector<ComparedFeature> compared_features(const DenoiseInput& input,
   return out;
 }
 
-// Returns how likely both frames show the same surface, or 0 if one has no samples.
+// Returns how likely both frames show the same surface, or 0 if a half of either has no samples.
 BorderedPlane agreement(const Halves& here, const Halves& there,
                         std::span<const ComparedFeature> own,
                         std::span<const ComparedFeature> other) {
@@ -103,11 +102,12 @@ BorderedPlane colour_distance(const Half& here, const Half& there, const Bordere
 BorderedPlane half_weights(const Half& here, const Half& there, const BorderedPlane& same_surface) {
   BorderedPlane weights = same_surface;
   const BorderedPlane distance = colour_distance(here, there, same_surface);
-  for (const auto& [radius, factor] : kComparisons) {
+  for (const auto& [radius, power] : kComparisons) {
     const BorderedPlane sums = box_sum(distance, radius), all = box_sum(same_surface, radius);
     for_each_pixel(weights.width(), weights.height(), [&](int x, int y) {
       const float mean = sums.row(y)[x] / std::max(all.row(y)[x], kMinAgreement);
-      weights.row(y)[x] /= 1.0f + factor * std::max(mean, 0.0f);
+      const float weight = 1.0f / (1.0f + std::max(mean, 0.0f));
+      weights.row(y)[x] *= power == 1 ? weight : weight * weight;
     });
   }
   return weights;
@@ -170,6 +170,7 @@ AccumulatedFrames::AccumulatedFrames(const DenoiseInput& frame, const Halves& ha
       }
     });
   }
+  frames_.assign(pixels, 1.0f);
   const std::vector<ComparedFeature> features = compared_features(frame, frame.tolerances);
   for (const NeighbourFrame& neighbour : neighbours) {
     const AlignedFrame aligned(neighbour, width, height);
@@ -182,7 +183,10 @@ AccumulatedFrames::AccumulatedFrames(const DenoiseInput& frame, const Halves& ha
       for_each_row(height, [&](int y) {
         const float *weight = weights.row(y), *count = there.half[s].count.row(y);
         const size_t first = row_begin(y);
-        for (int x = 0; x < width; ++x) planes_[s][first + size_t(x)] += weight[x] * count[x];
+        for (int x = 0; x < width; ++x) {
+          planes_[s][first + size_t(x)] += weight[x] * count[x];
+          frames_[first + size_t(x)] += 0.5f * weight[x];
+        }
         for_each_averaged(aligned.input(), [&](const HalfPlanes& planes, size_t k) {
           const float* value = (s == 0 ? planes.a : planes.b).data() + first;
           float* to = &planes_[2 + 2 * k + s][first];
@@ -191,12 +195,8 @@ AccumulatedFrames::AccumulatedFrames(const DenoiseInput& frame, const Halves& ha
       });
     }
   }
-  frames_.assign(pixels, 1.0f);
   for_each_row(height, [&](int y) {
     for (size_t i = row_begin(y); i < row_begin(y + 1); ++i) {
-      const int x = int(i - row_begin(y));
-      const float own = halves.half[0].count.row(y)[x] + halves.half[1].count.row(y)[x];
-      if (own > 0) frames_[i] = (planes_[0][i] + planes_[1][i]) / own;
       for (size_t p = 2; p < planes_.size(); ++p) {
         const float count = planes_[p % 2][i];
         planes_[p][i] = count > 0 ? planes_[p][i] / count : 0.0f;

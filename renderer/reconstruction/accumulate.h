@@ -11,11 +11,11 @@ namespace emberline {
 
 // The mean over frames, as an input for prepare_halves(). A neighbour's pixel counts as much as its
 // samples, times the product of
-//   - exp(-d), where d is the squared difference of the features, less their noise, over the
-//     squared tolerances: another surface came into view;
-//   - 1 / (1 + k d) for two sizes of neighbourhoods, where d is the squared difference of the
-//     colours, less their noise, over the noise: the light has changed, or edges do not meet. This
-//     is about the optimal weight of a value with a bias.
+//   - exp(-d), where d is the largest over all features of: the squared difference, less its noise,
+//     over the squared tolerance or the noise, whichever is larger: another surface came into view;
+//   - 1 / (1 + d) for a small and 1 / (1 + d)^2 for a large neighbourhood, where d is the squared
+//     difference of the colours, less their noise, over the noise: edges do not meet, or the light
+//     has changed. 1 / (1 + d) is about the optimal weight of a value with a bias.
 // The weights of one half come from the colours of the other half.
 class AccumulatedFrames {
  public:
@@ -25,8 +25,8 @@ class AccumulatedFrames {
 
   // Views of this object's planes. Light groups are included, without the excess of outliers.
   const DenoiseInput& input() const { return input_; }
-  // Returns how many frames' samples the pixels combine, summed over rows [begin, end): between 1
-  // and the number of frames for each pixel.
+  // Returns how many frames a pixel combines (the sum of their weights, 1 for the frame itself),
+  // summed over the pixels of rows [begin, end).
   double frames(int begin, int end) const;
 
  private:

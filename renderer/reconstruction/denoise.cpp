@@ -313,7 +313,7 @@ DenoisedPicture denoise(const DenoiseInput& input, int begin, int end, const std
   const int last = std::min(end + margin, input.height);
   const DenoiseInput rows = rows_of(input, first, last);
   const FrameOffset frame_offset = {rows.x0, rows.y0};
-  // `own` is what the error is measured against, `h` is what is filtered.
+  // `h` is filtered, and its error is measured against `own`.
   const Halves own = neighbours.empty() ? prepare_halves(rows) : prepare_colour(rows);
   std::optional<AccumulatedFrames> accumulated;
   std::optional<Halves> accumulated_halves;

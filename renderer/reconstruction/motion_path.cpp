@@ -15,7 +15,8 @@ struct Position {
   float x, y;
 };
 
-// The motion at a position inside the frame, in pixels to the right and down.
+// The motion at a position inside the frame, in pixels to the right and down. At a whole position,
+// only this pixel is read.
 Position motion_at(const VelocityRows& rows, const Position& p) {
   const float left = std::floor(p.x), top = std::floor(p.y);
   const float fx = p.x - left, fy = p.y - top;
@@ -25,7 +26,8 @@ Position motion_at(const VelocityRows& rows, const Position& p) {
     return size_t(y) * size_t(rows.width) + size_t(x);
   };
   const int x = int(left), y = int(top);
-  const size_t a = pixel(x, y), b = pixel(x + 1, y), c = pixel(x, y + 1), d = pixel(x + 1, y + 1);
+  const int right = fx > 0 ? x + 1 : x, below = fy > 0 ? y + 1 : y;
+  const size_t a = pixel(x, y), b = pixel(right, y), c = pixel(x, below), d = pixel(right, below);
   const auto mix = [&](std::span<const float> values) {
     const float upper = (1 - fx) * values[a] + fx * values[b];
     const float lower = (1 - fx) * values[c] + fx * values[d];

@@ -6,8 +6,8 @@
 
 namespace emberline {
 
-// The layer `velocity` of some rows of a frame: where each pixel moves until the next frame, in
-// pixels to the right and up.
+// The layer `velocity` of some rows of a frame: the motion of each pixel, in pixels per frame to
+// the right and up.
 struct VelocityRows {
   int width = 0, frame_height = 0;
   int y0 = 0;  // the first row
@@ -15,7 +15,8 @@ struct VelocityRows {
 };
 
 // For each pixel of some rows, the position in some frame of what the pixel shows, in pixels of the
-// whole frame. NaN if that left the frame, or moved by more than kMotionReach rows.
+// whole frame. NaN if that left the frame, or is more than kMotionReach rows from where it was in
+// the frame.
 class MotionPath {
  public:
   // The positions in the frame itself, of rows [begin, end).
@@ -24,8 +25,8 @@ class MotionPath {
   // Continues the path from the frame that it has reached to the next frame, or to the frame
   // before. Positions are between pixels, where velocities are interpolated bilinearly. A step back
   // looks for the position whose velocity leads here, by fixed-point iteration. `here` and `there`
-  // must include all rows of these frames within kMotionReach + 1 of the path's rows. Runs in
-  // parallel.
+  // must include all rows of these frames within kMotionReach + kVelocityReach of the path's rows,
+  // or, of the frame itself, the path's rows. Runs in parallel.
   void step_forward(const VelocityRows& here);
   void step_back(const VelocityRows& here, const VelocityRows& there);
 
@@ -41,5 +42,6 @@ class MotionPath {
 };
 
 inline constexpr int kMotionReach = 64;
+inline constexpr int kVelocityReach = 1;
 
 }  // namespace emberline
