@@ -12,7 +12,7 @@ namespace {
 constexpr float kAlbedoTolerance = 0.02f;
 constexpr int kFeatureNoiseRadius = 1;
 // The colours are compared over two neighbourhoods: a small one, for edges that do not meet, and a
-// large one, for light that has changed. These values were chosen on three sequences
+// large one, for light that has changed. These values were chosen on four sequences
 // (tests/bench/results/denoising.md).
 struct Comparison {
   int radius, power;

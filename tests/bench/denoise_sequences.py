@@ -40,7 +40,7 @@ def sequences(assets):
                                   "--env", env / "kloppenheim_05_1k.hdr", "--frame", n]),
         "cornell": (False, lambda n: [SCENES / "cornell_box.glb", "--turntable", f"{n}/360"]),
         "teapot": (False, lambda n: [*TEAPOT, "--turntable", f"{n}/240"]),
-        "light turns": (False, lambda n: [*TEAPOT, "--env-rotation", 8 * n, "--frame", n]),
+        "light turns": (True, lambda n: [*TEAPOT, "--env-rotation", 8 * n, "--frame", n]),
         "light drops": (False, lambda n: [*TEAPOT, "--env-strength", 1 if n < 5 else 0.4, "--frame", n]),
     }
 
