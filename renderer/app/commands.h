@@ -138,9 +138,9 @@ struct DenoiseOptions {
   LimitOptions limits;
 };
 
-// Without `across`, the result is bit-identical to that of `render --denoise`. With it, the result
-// depends only on the frame and on the files of its neighbours, whatever frames are denoised. A
-// scratch file beside the first output holds each neighbour without compression. Memory use grows
+// Without `across`, the result is bit-identical to that of `render --denoise`. If `across` is set,
+// the result depends only on the frame's file and on the files of its neighbours. A scratch file
+// beside the first output holds each neighbour without compression. Memory use grows
 // with the frame's width or, if a .png or .jpg is written, with its number of pixels. Returns the
 // exit code. Throws InputError if the frame is unreadable or lacks channels, UsageError for wrong
 // options, and RenderError if an output cannot be written. In a sequence, an error of one frame is

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -167,26 +168,20 @@ class RangeRun {
     report_.remaining.assign(frames_.begin() + std::ptrdiff_t(next), frames_.end());
   }
 
-  // Denoises the rendered frames and those near them, and replaces their pictures. `outputs` are
-  // those of the range; `image` is one of them.
-  void denoise(const DenoiseOptions& denoise) {
+  // Denoises the rendered frames and those near them, and replaces their pictures. `options` names
+  // no frames yet. An error is logged, so that the range is still reported.
+  void denoise(const DenoiseOptions& options) {
     if (stopped_) {
       log_info("the frames are not denoised; repeat the command with --skip-existing");
       return;
     }
-    DenoiseOptions options = denoise;
-    const std::vector<int> rendered = report_.frames_with_status(FrameStatus::kDone);
-    for (const FrameOutcome& outcome : report_.frames) {
-      const bool is_changed = std::ranges::any_of(rendered, [&](int frame) {
-        return std::abs(int64_t(frame) - outcome.frame) <= options.across;
-      });
-      const bool is_skipped = outcome.status == FrameStatus::kSkipped;
-      if (outcome.status != FrameStatus::kDone && !is_skipped) continue;
-      if (is_changed || !is_denoised(expand_frame_number(options.image, outcome.frame))) {
-        options.frames.push_back(outcome.frame);
-      }
+    try {
+      denoising_ = denoise_changed(options);
+    } catch (const std::exception& error) {
+      const Failure failure = failure_of(error);
+      log_error(failure.message);
+      denoising_ = failure.exit_code;
     }
-    if (!options.frames.empty()) denoising_ = run_denoise(options);
   }
 
   int report() {
@@ -209,6 +204,21 @@ class RangeRun {
   }
 
  private:
+  int denoise_changed(DenoiseOptions options) const {
+    const std::vector<int> rendered = report_.frames_with_status(FrameStatus::kDone);
+    for (const FrameOutcome& outcome : report_.frames) {
+      const bool is_changed = std::ranges::any_of(rendered, [&](int frame) {
+        return std::abs(int64_t(frame) - outcome.frame) <= options.across;
+      });
+      const bool is_skipped = outcome.status == FrameStatus::kSkipped;
+      if (outcome.status != FrameStatus::kDone && !is_skipped) continue;
+      if (is_changed || !is_denoised(expand_frame_number(options.image, outcome.frame))) {
+        options.frames.push_back(outcome.frame);
+      }
+    }
+    return options.frames.empty() ? int(kExitDone) : run_denoise(options);
+  }
+
   static bool is_denoised(const std::string& image) {
     return FloatImageRows(image).image().find_channel("denoised.R") >= 0;
   }
@@ -279,6 +289,9 @@ DenoiseOptions denoising_of(const RenderOptions& options) {
   const auto exr = std::ranges::find_if(options.outputs, is_exr);
   if (!options.denoise || exr == options.outputs.end() || is_part(options)) {
     throw UsageError("--across requires --denoise and an .exr output, and excludes --part");
+  }
+  if (has_frame_number(std::filesystem::path(*exr).parent_path().string())) {
+    throw UsageError("{}: with --across, only the file's name may have a frame number", *exr);
   }
   return {.image = *exr,
           .outputs = options.outputs,

@@ -123,7 +123,7 @@ void add_outputs(CLI::App* app, RenderOptions& options, const OptionText& output
 inline constexpr int kMaxAcross = 4;
 inline constexpr const char* kAcrossText =
     "Combine each frame with up to N frames before and N frames after it, moved by their velocity, "
-    "where they show the same surface in the same light. A frame without enough neighbours is "
-    "filtered with those that exist.";
+    "where they show the same surface in the same light. Motion by more than 64 rows is not "
+    "followed. A frame without enough neighbours is filtered with those that exist.";
 
 }  // namespace emberline

@@ -197,6 +197,8 @@ TEST_F(DenoiseAcross, ARangeNeedsWhatItDenoises) {
                  {"--across", "--denoise"});
   expect_failure(render + Words{"--frames", "1-2", "--denoise", "-o", path("a.##.png")}, 2,
                  {"--across", ".exr"});
+  expect_failure(render + Words{"--frames", "1-2", "--denoise", "-o", path("f##/a.##.exr")}, 2,
+                 {"f##", "--across"});
   expect_failure({"render", scene(), "--denoise", "--across", "1", "-o", path("a.exr")}, 2,
                  {"--across", "--frames"});
 }

@@ -138,7 +138,7 @@ float blobs(int x, int y) {
   return 0.5f + 0.3f * std::sin(0.15f * float(x)) * std::cos(0.1f * float(y));
 }
 
-// The same picture in any frame of a sequence: at rest, with noise of its own.
+// A frame of a sequence in which nothing moves. Only the noise differs between frames.
 SyntheticHalves frame_of_sequence(uint32_t seed, float light = 1.0f, float albedo = 0.8f) {
   SyntheticHalves halves(kColumns, kRows, 8.0f, seed);
   halves.set_colour([=](int x, int y) { return light * blobs(x, y); }, constant(0.4f));
