@@ -104,9 +104,9 @@ struct Resources {
 class EMBERLINE_API Scene {
  public:
   // Uses these settings: env and related ones, backfaces, lenient, resource-root, variant, edits,
-  // animation and its time or frame, working-space, catcher, holdout, whether cryptomatte is set,
-  // and whether the integrator shows texture coordinates. Throws UsageError, InputError,
-  // RenderError, Stopped.
+  // animation and its time or frame, working-space, catcher, catcher-plane, holdout, whether
+  // cryptomatte is set, and whether the integrator shows texture coordinates. Throws UsageError,
+  // InputError, RenderError, Stopped.
   explicit Scene(const std::string& path, const Settings& settings = {},
                  const Resources& resources = {}, const std::stop_token& stop = {});
   Scene(Scene&& other) noexcept;

@@ -24,6 +24,7 @@ void check_matches_scene(const FrameSettings& settings, const Access::SceneState
         name);
   };
   check_same(settings.catchers == scene.settings.catchers, "catcher");
+  check_same(settings.catcher_plane == scene.settings.catcher_plane, "catcher-plane");
   check_same(settings.holdouts == scene.settings.holdouts, "holdout");
   check_same(settings.show_backfaces == built.show_backfaces, "backfaces");
   check_same(settings.isa.value_or(widest_isa()) == built.isa.value_or(widest_isa()), "isa");

@@ -77,14 +77,14 @@ PrepareOptions prepare_options(const RenderOptions& options, const AovSet& aovs,
 
 // Layers for compositing may be noisier than the picture, which alone is judged by default.
 void suggest_judging(const RenderOptions& options) {
-  const bool has_layers = options.light_groups || !options.catchers.empty();
+  const bool has_layers = options.light_groups || has_catchers(options);
   if (!options.noise_threshold || !options.judge.empty() || !has_layers ||
       !setting_is_allowed(options, "judge")) {
     return;
   }
   log_info(fmt::format(
       "--noise-threshold judges only R G B, so {} may be noisier; --judge {} includes them",
-      options.catchers.empty() ? "the layers of the lights" : "shadows", kJudgeDelivered));
+      has_catchers(options) ? "shadows" : "the layers of the lights", kJudgeDelivered));
 }
 
 }  // namespace

@@ -228,12 +228,13 @@ struct InstanceDescription {
 // A node of the file. It has the same index in SceneDescription::nodes as in the file.
 struct NodeDescription {
   std::string name;
-  int root = 0;             // index of the topmost ancestor, or of the node itself
-  bool has_mesh = false;    // even if the mesh is not visible
-  int parent = -1;          // -1: none
-  bool has_camera = false;  // even if the camera cannot be used
-  bool has_light = false;   // from KHR_lights_punctual
-  bool in_scene = false;    // true if the rendered scene contains the node
+  int root = 0;                  // index of the topmost ancestor, or of the node itself
+  bool has_mesh = false;         // even if the mesh is not visible
+  int parent = -1;               // -1: none
+  bool has_camera = false;       // even if the camera cannot be used
+  bool has_light = false;        // from KHR_lights_punctual
+  bool in_scene = false;         // true if the rendered scene contains the node
+  bool catches_shadows = false;  // whatever the settings name (catcher_plane.h)
 };
 
 // The transform of a moving instance one frame after the rendered instant. If the shutter is

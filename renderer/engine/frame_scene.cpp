@@ -222,7 +222,7 @@ GltfOptions load_options(const FrameSettings& settings) {
                        settings.shutter->close / settings.fps};
   }
   options.nodes =
-      !settings.cryptomattes.empty() || !settings.catchers.empty() || !settings.holdouts.empty();
+      !settings.cryptomattes.empty() || has_catchers(settings) || !settings.holdouts.empty();
   if (needs_next_frame(settings)) options.next_frame = 1.0 / settings.fps;
   return options;
 }

@@ -41,6 +41,12 @@ struct Turntable {
   bool operator==(const Turntable&) const = default;
 };
 
+// A floor that catches shadows (description/catcher_plane.h).
+struct CatcherPlane {
+  std::optional<double> height;  // metres; absent: just below the scene
+  bool operator==(const CatcherPlane&) const = default;
+};
+
 // The sun of a clear sky, in degrees: elevation above the horizon, and azimuth from -Z (north)
 // towards +X (east).
 struct SunPosition {
@@ -119,11 +125,17 @@ struct FrameSettings {
   std::string cryptomattes;        // list of kinds, written as EXR layers
   int cryptomatte_levels = 6;      // ids per pixel
   std::string catchers, holdouts;  // lists of nodes (SurfaceRoles)
-  bool light_groups = false;       // written as EXR layers
-  std::string half;                // list of EXR layers stored as half floats
+  std::optional<CatcherPlane> catcher_plane;
+  bool light_groups = false;  // written as EXR layers
+  std::string half;           // list of EXR layers stored as half floats
   ExrCompression exr_compression = ExrCompression::kZip;
   ExrParts exr_parts = ExrParts::kOne;
   bool denoise = false;  // adds a denoised picture
 };
+
+// Returns whether the frame has shadow catchers.
+inline bool has_catchers(const FrameSettings& settings) {
+  return !settings.catchers.empty() || settings.catcher_plane;
+}
 
 }  // namespace emberline

@@ -2,6 +2,7 @@
 
 #include <utility>
 
+#include "renderer/description/catcher_plane.h"
 #include "renderer/engine/frame_scene.h"
 #include "renderer/engine/scene_file.h"
 
@@ -36,6 +37,7 @@ ReadScene::~ReadScene() {
 
 void ReadScene::read(std::span<const uint64_t> held, LoadProgress& progress) {
   description_ = source_->file().pose(settings_, held, progress);
+  if (const auto& plane = settings_.catcher_plane) add_catcher_plane(plane->height, description_);
   choose_variant(settings_, description_, edits_);
   if (options_.edits) return;
   if (edits_ != SceneEdits() || settings_.light_groups) apply(edits_, description_);
@@ -48,7 +50,7 @@ OpenScene::Parts::Parts(const ReadScene& read) {
   if (!settings.cryptomattes.empty()) {
     cryptomattes.emplace(scene, parse_cryptomattes(settings.cryptomattes));
   }
-  if (!settings.catchers.empty() || !settings.holdouts.empty()) {
+  if (has_catchers(settings) || !settings.holdouts.empty()) {
     roles.emplace(scene, settings.catchers, settings.holdouts);
   }
 }

@@ -267,7 +267,7 @@ void set_judged_channels(std::span<const JudgedChannel> channels, FrameSettings&
 AovSet aovs_of(const FrameSettings& settings) {
   AovSet aovs = AovSet::parse(settings.aovs);
   if (settings.denoise) aovs.insert(Aov::kDenoising);
-  if (!settings.catchers.empty()) aovs.insert(Aov::kShadow);
+  if (has_catchers(settings)) aovs.insert(Aov::kShadow);
   return aovs;
 }
 

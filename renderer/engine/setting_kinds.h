@@ -37,6 +37,9 @@ inline std::string text_of(const SunPosition& s) {
 inline std::string text_of(const Turntable& t) {
   return t.frame ? fmt::format("{}/{}", *t.frame, t.count) : fmt::format("{}", t.count);
 }
+inline std::string text_of(const CatcherPlane& p) {
+  return p.height ? fmt::format("{}", *p.height) : "bottom";
+}
 inline std::string text_of(const Rect& r) {
   return fmt::format("{},{},{},{}", r.x0, r.y0, r.x1, r.y1);
 }

@@ -144,8 +144,8 @@ Setting judge() {
            "The errors of R G B and of layers "
            "of light are measured as displayed, that of Z as a fraction of the depth, all others "
            "in the channel's unit; errors at silhouettes count in proportion to the coverage. {} "
-           "stands for RGB, A with `transparent`, shadow with `catcher`, "
-           "and light.*, the layers of `light-groups`.",
+           "stands for RGB, A with `transparent`, shadow with `catcher` or "
+           "`catcher-plane`, and light.*, the layers of `light-groups`.",
            kJudgeDelivered),
        .fallback = "RGB",
        .example = "--driver adaptive --noise-threshold 0.01 --judge RGB,shadow:0.02"});
@@ -154,6 +154,30 @@ Setting judge() {
     settings.judge = text;
   };
   return setting;
+}
+
+Setting catcher_plane() {
+  const auto read = [](FrameSettings& settings, std::string_view text) {
+    CatcherPlane plane;
+    if (text != "bottom") {
+      plane.height = parse_number<double>(text);
+      if (!plane.height || std::abs(*plane.height) > kMaxDistance) {
+        reject_value("catcher-plane", text,
+                     fmt::format("bottom or a number from -{} to {}", kMaxDistance, kMaxDistance));
+      }
+    }
+    settings.catcher_plane = plane;
+  };
+  return {"catcher-plane",
+          kChannels,
+          "Y|bottom",
+          {.section = H::kOutput,
+           .full = "Add a grey floor at this height in metres, and make it a shadow catcher. "
+                   "`bottom` is just below the lowest point of the scene at rest. The floor "
+                   "extends 100 times as far as the scene.",
+           .example = "--catcher-plane bottom --transparent"},
+          read,
+          member_text<&FrameSettings::catcher_plane>};
 }
 
 Setting turntable() {
@@ -286,6 +310,7 @@ std::vector<Setting> channel_settings() {
                    "`shadow` contains the factors by which the shadows darken the plate. Write a "
                    "comma in a name as \\,. `emberline info` lists the nodes.",
            .example = "--catcher floor --transparent"}),
+      catcher_plane(),
       word<&S::holdouts>("holdout", kChannels, "NAME|INDEX,...",
                          {.section = H::kOutput,
                           .full = "Make these nodes, and all nodes below them, holdouts: they "

@@ -217,7 +217,7 @@ std::vector<SettingRule> channel_rules() {
        .needs = {{"clamp-indirect"}},
        .reason = "it shows the light that clamping removes"},
       {.about = {{"aov", "shadow"}},
-       .needs = {{"catcher"}},
+       .needs = {{"catcher"}, {"catcher-plane"}},
        .reason = "it shows the shadows on catchers"},
       {.about = {{"cryptomatte-levels"}},
        .needs = {{"cryptomatte"}},
@@ -238,7 +238,9 @@ std::vector<SettingRule> channel_rules() {
                         .in_help = false};
     rule.needs = {row.setting == "aov" ? SettingCondition{"aov", row.name}
                                        : SettingCondition{row.setting}};
-    if (row.feed == ChannelFeed::kCatchers) rule.needs.push_back({"catcher"});
+    if (row.feed == ChannelFeed::kCatchers) {
+      rule.needs.insert(rule.needs.end(), {{"catcher"}, {"catcher-plane"}});
+    }
     rules.push_back(std::move(rule));
   }
   return rules;
@@ -249,7 +251,7 @@ SettingRule lighting_rule() {
     return row.feed == ChannelFeed::kPaths;
   });
   return {.about = joined({{{"light-groups"}, {"clamp-indirect"}, {"light-samples"}},
-                           {{"catcher"}, {"holdout"}},
+                           {{"catcher"}, {"catcher-plane"}, {"holdout"}},
                            denoising(),
                            path_aovs}),
           .needs = values_of("integrator", integrator_table(),

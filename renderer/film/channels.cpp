@@ -194,7 +194,7 @@ constexpr ChannelRow kRows[] = {
      .summary =
          "factor by which a plate is multiplied: the light that the catcher receives, divided by "
          "the light that it would receive without the other objects; 1 outside the catcher. "
-         "`catcher` adds this channel automatically",
+         "`catcher` and `catcher-plane` add this channel automatically",
      .error = ErrorScale::kAbsolute,
      .group = SumGroup::kShadow,
      .add = add_shadow,

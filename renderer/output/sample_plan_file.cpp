@@ -45,7 +45,8 @@ bool has_halves(const Json& head) {
 bool decides_samples(const Setting& setting) {
   using enum SettingGroup;
   constexpr SettingGroup kGroups[] = {kLoading, kEdits, kLight, kView, kSample, kSeed, kTurn};
-  constexpr std::string_view kMore[] = {"sampler", "sample-range", "catcher", "holdout"},
+  constexpr std::string_view kMore[] = {"sampler", "sample-range", "catcher", "catcher-plane",
+                                        "holdout"},
                              kFewer[] = {"crop", "isa", "resource-root"};
   const auto contains = [](const auto& list, const auto& value) {
     return std::ranges::find(list, value) != std::end(list);

@@ -119,6 +119,9 @@ SurfaceRoles::SurfaceRoles(const SceneDescription& scene, std::string_view catch
                            std::string_view holdouts) {
   const std::vector<char> has_mesh_below = find_mesh_ancestors(scene.nodes);
   std::vector<std::optional<SurfaceRole>> roles(scene.nodes.size());
+  for (size_t i = 0; i < roles.size(); ++i) {
+    if (scene.nodes[i].catches_shadows) roles[i] = SurfaceRole::kCatcher;
+  }
   assign_role("catcher", SurfaceRole::kCatcher, catchers, scene.nodes, has_mesh_below, roles);
   assign_role("holdout", SurfaceRole::kHoldout, holdouts, scene.nodes, has_mesh_below, roles);
   inherit_roles(scene.nodes, roles);

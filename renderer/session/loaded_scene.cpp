@@ -137,6 +137,7 @@ ListedScene describe(const SceneDescription& description, const RenderOptions& o
 
 std::shared_ptr<LoadedScene> load_session_scene(RenderOptions options, LoadProgress& progress) {
   const size_t warnings_before = warnings_so_far().size();
+  options.catcher_plane.reset();  // may come from --settings; a session records no shadows
   SceneEdits edits = load_edits(options, progress);
   move_time_to_edits(options, edits.animation);
   // Texture coordinates are kept, since the user may switch to an integrator that shows them.

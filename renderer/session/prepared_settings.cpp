@@ -66,6 +66,7 @@ RenderOptions main_options(const ViewSettings& settings) {
     options.time_limit_s = std::min(*budget, options.time_limit_s.value_or(*budget));
   }
   options.catchers.clear();
+  options.catcher_plane.reset();
   options.holdouts.clear();
   options.plan.clear();
   options.cryptomatte_levels = FrameSettings().cryptomatte_levels;

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/command_test.h"
+#include "support/animated_gltf.h"
 
 namespace emberline::test {
 namespace {
@@ -118,6 +119,56 @@ TEST_F(PlateOptions, NameNodes) {
   render(frame({"--spp", "4", "--holdout", "props", "--save-settings", path("look.json")}));
   render({"render", path("scene.glb"), "--settings", path("look.json"), "-o", path("again.exr")});
   EXPECT_EQ(first_difference(read_exr(path("out.exr")), read_exr(path("again.exr"))), "");
+}
+
+// The plane stands in for a floor of the file. The floor ends where the plane has no shadows any
+// more.
+TEST_F(PlateOptions, APlaneCatchesLikeAFloor) {
+  GltfBuilder lamp;
+  const int bright = lamp.push("materials", {{"emissiveFactor", {1, 1, 1}}, {"doubleSided", true}});
+  const int dark =
+      lamp.push("materials", {{"pbrMetallicRoughness", {{"baseColorFactor", {0, 0, 0, 1}}}}});
+  add_quad(lamp, {-0.5f, 1, -0.5f}, {1, 0, 0}, {0, 0, 1}, bright);
+  add_quad(lamp, {-0.25f, 0.25f, -0.25f}, {0, 0, 0.5f}, {0.5f, 0, 0}, dark);
+  const Words view = {"--size",        "32x24",         "--spp",     "64",
+                      "--look-from",   "0,0.9,4",       "--look-at", "0,0,0",
+                      "--transparent", "--cryptomatte", "object"};
+  const auto picture_of = [&](const GltfBuilder& gltf, const char* option, const char* value) {
+    render(Words{"render", gltf.write_glb(path("a.glb")), "-o", path("a.exr"), option, value} +
+           view);
+    return read_exr(path("a.exr"));
+  };
+  const ExrPicture plane = picture_of(lamp, "--catcher-plane", "0");
+  const int grey = lamp.push(
+      "materials", {{"pbrMetallicRoughness",
+                     {{"baseColorFactor", {0.18, 0.18, 0.18, 1}}, {"metallicFactor", 0}}},
+                    {"extensions", {{"KHR_materials_specular", {{"specularFactor", 0}}}}}});
+  add_quad(lamp, {-20, 0, 20}, {40, 0, 0}, {0, 0, -40}, grey);
+  const ExrPicture floor = picture_of(lamp, "--catcher", "2");
+  double least = 1;
+  for (const char* channel : {"shadow.G", "A", "R"}) {
+    for (size_t i = 0; i < plane.channels.at(channel).size(); ++i) {
+      const double value = double(plane.channels.at(channel)[i]);
+      EXPECT_NEAR(value, double(floor.channels.at(channel)[i]), 0.15) << channel << ", " << i;
+      least = std::min(least, value);
+    }
+  }
+  EXPECT_LT(least, 0.6);
+}
+
+TEST_F(PlateOptions, APlaneKeepsTheViewAndThePose) {
+  GltfBuilder gltf = lamp_scene();
+  constexpr int kLamp = 2;  // the index of the lamp's node
+  AnimationBuilder(gltf).move(kLamp, "translation", {0, 1}, "VEC3", {0, 0, 0, 0.5f, 0, 0.5f});
+  const Words words = {"render",          gltf.write_glb(path("moving.glb")),
+                       "--size",          "24x16",
+                       "--spp",           "4",
+                       "--catcher-plane", "bottom"};
+  render(words + Words{"-o", path("a.#.exr"), "--frames", "0-18x9"});
+  for (const std::string frame : {"9", "18"}) {
+    render(words + Words{"-o", path("b.exr"), "--frame", frame});
+    EXPECT_EQ(first_difference(read_exr(path("a." + frame + ".exr")), read_exr(path("b.exr"))), "");
+  }
 }
 
 TEST_F(PlateOptions, RejectUnsupportedSettings) {

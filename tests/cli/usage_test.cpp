@@ -163,6 +163,8 @@ const std::vector<WrongValue>& wrong_values() {
       {"--backfaces", {"maybe"}, {"valid names are", "cull", "show"}},
       {"--catcher", {"nope", "-1", "999999"}, {"no node"}},
       {"--catcher", {","}, {"needs a value"}},
+      {"--catcher-plane", {"", "floor", "nan", "inf", "1e16", "0,0"}, {"bottom or a number"}},
+      {"--catcher-plane", {"1e9", "-1e9"}, {"far away from the scene"}},
       {"--holdout", {"nope"}, {"no node"}},
       {"--holdout", {",,"}, {"needs a value"}},
       {"--camera", {"nope", "1", "-1", "0.0"}, {"no camera", "0 'main'"}},

@@ -53,6 +53,7 @@ SETTINGS = (
     ("a lens", "--spp 256", "--spp 256 --f-stop 4 --focus-distance 3", ["--f-stop", "--focus-distance"]),
     ("streams", "--spp 256", "--spp 256 --streams 2", ["--streams"]),
     ("light groups", "--spp 256", "--spp 256 --light-groups", ["--light-groups"]),
+    ("a plane", "--spp 256", "--spp 256 --catcher-plane 0", ["--catcher-plane"]),
     ("backfaces", "--spp 256", "--spp 256 --backfaces show", ["--backfaces: cull (now show)"]),
     ("transparent", "--spp 256", "--spp 256 --transparent", ["--transparent"]),
     ("an environment", "--spp 256", "--spp 256 --env dusk.hdr", ["--env"]),

@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "renderer/core/errors.h"
+#include "renderer/description/catcher_plane.h"
+#include "renderer/description/framing.h"
 #include "renderer/scene/surface_roles.h"
 #include "support/float_map.h"
 #include "support/glass_scenes.h"
@@ -80,6 +82,46 @@ TEST(ShadowCatcher, UnderHalfALamp) {
     EXPECT_NEAR(mean_of(image, name), 0.5, 0.004) << name;
   }
   EXPECT_NEAR(mean_of(image, "A"), 1.0, 1e-6) << "it is seen";
+}
+
+// `catcher-plane` catches what a floor of the scene catches, and the bounds of the scene do not
+// include it.
+TEST(ShadowCatcher, IsAPlaneUnderAnyScene) {
+  const Plate plate = lamp_half_in_view();
+  for (const double size : {1e-6, 1.0, 1e6}) {
+    Plate p;
+    for (const InstanceDescription& instance : plate.description.instances) {
+      if (plate.description.nodes[size_t(instance.node)].name == "floor") continue;
+      p.description.instances.push_back(instance);
+    }
+    p.description.meshes = plate.description.meshes;
+    p.description.materials = plate.description.materials;
+    for (InstanceDescription& instance : p.description.instances) {
+      instance.node = -1;
+      for (int r = 0; r < 4; ++r) {
+        for (int c = 0; c < 3; ++c) instance.to_world[r][c] *= size;
+      }
+    }
+    p.call("thing");
+    const WorldBounds bounds = framed_bounds(p.description);
+    add_catcher_plane(0.0, p.description);
+    EXPECT_EQ(framed_bounds(p.description).min, bounds.min);
+    EXPECT_EQ(framed_bounds(p.description).max, bounds.max);
+    const CameraDescription view =
+        orthographic({0, 0.5 * size, 0}, {0, 0, 1e-9 * size}, 0.001 * size);
+    RenderSettings s = settings("");
+    s.catcher_plane = CatcherPlane{0.0};
+    EXPECT_NEAR(mean_of(image_of(p, view, s), "shadow.G"), 0.5, 0.004) << size;
+  }
+  Plate lowest;
+  lowest.add_quad({-1, 2, -1}, {1, 2, -1}, {1, 5, 1}, {-1, 5, 1}, -1);
+  add_catcher_plane({}, lowest.description);
+  const double y = lowest.description.instances.back().to_world[3][1];
+  EXPECT_LT(y, 2.0);
+  EXPECT_GT(y, 1.999);
+  SceneDescription nothing;
+  add_catcher_plane({}, nothing);
+  EXPECT_EQ(nothing.instances.size(), 1u);
 }
 
 TEST(ShadowCatcher, IsAlphaAlone) {

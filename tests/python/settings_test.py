@@ -26,6 +26,7 @@ CASES = {
     "cryptomatte": ("object,material,asset", {}, BOX),
     "cryptomatte-levels": ("3", {"cryptomatte": "object"}, BOX),
     "catcher": ("floor", {"transparent": "yes"}, BOX),
+    "catcher-plane": ("bottom", {"transparent": "yes"}, BOX),
     "holdout": ("tall block", {"transparent": "yes"}, BOX),
     "half": ("N,RGBA", {"aov": "N"}, BOX),
     "exr-compression": ("piz", {}, BOX),

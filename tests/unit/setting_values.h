@@ -76,6 +76,7 @@ inline const std::map<std::string, std::string>& non_default_values() {
       {"isa", std::string(embree_isa_table().front().name)},
       {"resource-root", "/models"},
       {"catcher", "floor,wall"},
+      {"catcher-plane", "-0.25"},
       {"holdout", "chair"},
   };
   return values;

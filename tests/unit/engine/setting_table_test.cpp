@@ -39,8 +39,8 @@ TEST(SettingTable, HasEveryMember) {
                variant, environment, sun, environment_strength, environment_rotation,
                environment_sampling, transparent, working_space, show_backfaces, lenient, isa, part,
                sample_range, plan, aovs, cryptomattes, cryptomatte_levels, catchers, holdouts,
-               light_groups, half, exr_compression, exr_parts, denoise] = settings;
-  constexpr size_t kMembers = 69;
+               catcher_plane, light_groups, half, exr_compression, exr_parts, denoise] = settings;
+  constexpr size_t kMembers = 70;
   // Every member has a row except the scene, and width and height share one.
   EXPECT_EQ(setting_table().size(), kMembers - 2);
   EXPECT_EQ(kNonDefaults.size(), setting_table().size());
