@@ -121,7 +121,8 @@ void add_range_options(CLI::App* app, RenderOptions& o) {
                     "rendered."});
   add_text(app, "--range-report", o.range_report, "FILE",
            {.section = H::kOutput,
-            .full = "Write the result of each frame to this file as JSON. `report` describes a "
+            .full = "Write the result of each frame to this file: a .html file is a page with an "
+                    "animation, charts and a table, any other file is JSON. `report` describes a "
                     "single frame."});
 }
 

@@ -63,10 +63,13 @@ int run_heatmap(const HeatmapOptions& options);
 
 // `emberline show`: converts an EXR to a picture for display.
 struct ShowOptions {
-  std::string image;                 // any .exr with a flat picture
-  std::string layer;                 // see find_layer(); empty: see find_colour()
-  std::vector<std::string> outputs;  // .png, .jpg: displayed; .exr: the layer as R, G, B and A
-  DisplaySettings display;           // for .png and .jpg
+  std::string image;  // any .exr with a flat picture, or a sequence: "shot.####.exr"
+  std::string layer;  // see find_layer(); empty: see find_colour()
+  // .png, .jpg: displayed; .exr: the layer as R, G, B and A; .gif: the sequence as an animation
+  std::vector<std::string> outputs;
+  std::vector<int> frames;  // of a sequence; empty: all that exist
+  double fps = 24;          // of the animation
+  DisplaySettings display;  // for all but .exr
   LimitOptions limits;
 };
 
@@ -77,7 +80,20 @@ struct ShowOptions {
 // .png and .jpg pictures and a band of rows in memory. Returns the exit code. Throws InputError if
 // the file is unreadable or has no picture, UsageError for an unknown layer or wrong options, and
 // RenderError if an output cannot be written.
+//
+// The frames of a sequence are converted one after another; one that fails is logged, and the
+// others are still converted. They share the values that are black and white.
 int run_show(const ShowOptions& options);
+
+// A sequence as a GIF.
+struct AnimatedFrames {
+  std::vector<unsigned char> gif;  // empty: no frame was readable
+  int width = 0, height = 0;
+};
+// Returns the frames of the sequence as run_show() does for a .gif, with sides of at most
+// `max_side` pixels. Ignores the outputs. The frames may also be .png or .jpg files. A frame that
+// cannot be read is logged and left out. Throws RenderError and LimitError.
+AnimatedFrames animate_frames(const ShowOptions& options, int max_side);
 
 // `emberline explain`: says in words why a pixel of a finished frame got its number of samples.
 struct ExplainOptions {

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,126 +14,26 @@
 #include "renderer/app/command_frame.h"
 #include "renderer/app/failure.h"
 #include "renderer/app/frame_range.h"
+#include "renderer/app/range_report.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/log.h"
-#include "renderer/core/shortened.h"
 #include "renderer/engine/process_usage.h"
 #include "renderer/output/checkpoint.h"
 #include "renderer/output/finished_frame.h"
 #include "renderer/output/outputs.h"
 #include "renderer/output/render_options.h"
-#include "renderer/output/report.h"
+#include "renderer/output/report_page.h"
 
 namespace emberline {
 namespace {
 
-enum class FrameStatus : uint8_t { kDone, kSkipped, kStopped, kFailed };
-
-struct FrameOutcome {
-  int frame = 0;
-  FrameStatus status = FrameStatus::kDone;
-  int exit_code = 0;
-  std::string error;                 // empty unless an error ended the frame
-  std::vector<std::string> outputs;  // pictures
-  std::vector<std::string> failed_outputs;
-  RenderTimes times;
-  uint64_t samples = 0, rays = 0;
-};
-
-struct RangeReport {
-  std::vector<FrameOutcome> frames;  // the frames that were begun or skipped, in order
-  std::vector<int> remaining;        // frames that were neither begun nor skipped
-  double wall_s = 0, cpu_s = 0;
-  int exit_code = 0;
-
-  std::vector<int> frames_with_status(FrameStatus status) const;
-};
-
-using Json = nlohmann::ordered_json;
-
-struct OutcomeEntry {
-  const char* name;
-  const char* text;  // to print after the number of frames
-  FrameStatus status;
-};
-constexpr OutcomeEntry kOutcomes[] = {{"done", "rendered", FrameStatus::kDone},
-                                      {"skipped", "skipped", FrameStatus::kSkipped},
-                                      {"stopped", "stopped", FrameStatus::kStopped},
-                                      {"failed", "failed", FrameStatus::kFailed}};
-
-Json outcome_json(const FrameOutcome& o) {
-  Json json = {{"frame", o.frame},
-               {"state", kOutcomes[size_t(o.status)].name},
-               {"exit_code", o.exit_code},
-               {"output", o.outputs}};
-  if (o.status == FrameStatus::kSkipped) return json;
-  if (!o.error.empty()) {
-    json["error"] = o.error;
-    return json;
-  }
-  json["time"] = {{"load_s", o.times.load_s},     {"build_s", o.times.build_s},
-                  {"render_s", o.times.render_s}, {"write_s", o.times.write_s},
-                  {"wall_s", o.times.wall_s},     {"cpu_s", o.times.cpu_s}};
-  json["samples"] = o.samples;
-  json["rays"] = o.rays;
-  json["failed_outputs"] = o.failed_outputs;
-  return json;
-}
-
-std::vector<int> RangeReport::frames_with_status(FrameStatus status) const {
-  std::vector<int> list;
-  for (const FrameOutcome& outcome : frames) {
-    if (outcome.status == status) list.push_back(outcome.frame);
-  }
-  return list;
-}
-
-// Returns text for the log, such as "frames: 97 rendered, 2 skipped, 1 failed (37)".
-std::string describe(const RangeReport& report) {
-  std::string text;
-  for (const OutcomeEntry& entry : kOutcomes) {
-    const std::vector<int> list = report.frames_with_status(entry.status);
-    if (list.empty()) continue;
-    text += fmt::format("{}{} {}", text.empty() ? "frames: " : ", ", list.size(), entry.text);
-    const bool lists_frames =
-        entry.status == FrameStatus::kStopped || entry.status == FrameStatus::kFailed;
-    if (lists_frames) text += fmt::format(" ({})", shortened(format_frames(list)));
-  }
-  if (report.remaining.empty()) return text;
-  return text + fmt::format("{}{} left: {}", text.empty() ? "frames: " : ", ",
-                            report.remaining.size(), shortened(format_frames(report.remaining)));
-}
-
-// Returns the contents of the --range-report file: {"frames": [{"frame", "state", ...}], "done",
-// "skipped", "stopped", "failed", "left", "time", "settings", "machine", "versions", "exit_code"}.
-// Lists of frames have the syntax of --frames.
-std::string range_report_json(const RenderOptions& options, const RangeReport& report) {
-  Json json;
-  for (const OutcomeEntry& entry : kOutcomes)
-    json[entry.name] = format_frames(report.frames_with_status(entry.status));
-  json["left"] = format_frames(report.remaining);
-  json["exit_code"] = report.exit_code;
-  json["time"] = {{"wall_s", report.wall_s}, {"cpu_s", report.cpu_s}};
-  Json& frames = json["frames"] = Json::array();
-  for (const FrameOutcome& outcome : report.frames) frames.push_back(outcome_json(outcome));
-  for (const auto& [name, text] : settings_attributes(options)) {
-    constexpr std::string_view kPrefix = "emberline:", kVersion = "emberline:version:";
-    if (name.starts_with(kVersion)) {
-      json["versions"][name.substr(kVersion.size())] = text;
-    } else {
-      json["settings"][name.substr(kPrefix.size())] = text;
-    }
-  }
-  json["machine"] = {{"host", host_name()}, {"instruction_sets", instruction_sets()}};
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
-}
-
 // Renders the frames of a range, one after another.
 class RangeRun {
  public:
-  RangeRun(const RenderOptions& options, const std::vector<int>& frames)
-      : options_(options), frames_(frames), run_(options_) {
+  // `is_denoised`: whether the finished files have a denoised picture.
+  RangeRun(const RenderOptions& options, const std::vector<int>& frames, bool is_denoised)
+      : options_(options), frames_(frames), is_denoised_(is_denoised), run_(options_) {
     options_.frames.clear();  // otherwise the list would be copied for every frame
   }
 
@@ -194,7 +93,10 @@ class RangeRun {
     report_.cpu_s = process_cpu_seconds();
     WriteAttempts attempts;
     const std::string& path = options_.range_report;
-    const auto write = [&] { write_file_atomically(path, range_report_json(options_, report_)); };
+    const auto write = [&] {
+      write_file_atomically(path, is_page(path) ? range_report_page(options_, report_, is_denoised_)
+                                                : range_report_json(options_, report_));
+    };
     if (!path.empty() && !attempts.attempt(path, write)) {
       exit_code = std::max<int>(exit_code, kExitRenderFailed);
     }
@@ -276,6 +178,7 @@ class RangeRun {
 
   RenderOptions options_;
   const std::vector<int>& frames_;
+  const bool is_denoised_;
   RenderRun run_;
   const Stopwatch wall_;
   bool rendered_ = false;  // whether at least one frame has been rendered
@@ -315,7 +218,7 @@ RenderOptions undenoised(RenderOptions options) {
 int run_range(const RenderOptions& options, const std::vector<int>& frames) {
   std::optional<DenoiseOptions> denoising;
   if (options.across > 0) denoising = denoising_of(options);
-  RangeRun range(denoising ? undenoised(options) : options, frames);
+  RangeRun range(denoising ? undenoised(options) : options, frames, options.denoise);
   range.check_names();
   if (!options.range_report.empty()) check_writable(options.range_report);
   check_output_folders(options, frames.front());

@@ -3,14 +3,19 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <limits>
 #include <memory>
 
 #include "io/exr/writer.h"
+#include "io/files/atomic_file.h"
 #include "io/files/register.h"
 #include "io/files/write_attempts.h"
 #include "io/image/file_completeness.h"
 #include "io/image/input.h"
+#include "renderer/app/failure.h"
+#include "renderer/app/frame_animation.h"
+#include "renderer/app/frame_range.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/file_suffix.h"
 #include "renderer/core/log.h"
@@ -25,6 +30,7 @@
 namespace emberline {
 namespace {
 
+constexpr int kMaxAnimationSide = 640;  // pixels
 constexpr const char* kTransparentAttribute = "emberline:transparent";
 // The header attributes that are copied from the frame to an .exr with one layer.
 constexpr std::string_view kKeptAttributes[] = {kCompleteAttribute, "emberline:samples",
@@ -38,7 +44,8 @@ std::string_view heatmap_of(std::string_view channel) {
   return {};
 }
 
-ImageLayer choose_layer(const ShowOptions& options, const FloatImage& image) {
+// `hints`: whether the log may suggest something better.
+ImageLayer choose_layer(const ShowOptions& options, const FloatImage& image, bool hints) {
   if (options.layer.empty()) {
     const ColourChannels colour =
         find_colour(image.channel_names, image.parts, options.image, "choose one with `layer`");
@@ -55,7 +62,7 @@ ImageLayer choose_layer(const ShowOptions& options, const FloatImage& image) {
   }
   const std::string_view quantity = heatmap_of(image.channel_names[size_t(layer.channels.front())]);
   const auto picture = std::ranges::find_if_not(options.outputs, is_exr);
-  if (!quantity.empty() && picture != options.outputs.end()) {
+  if (hints && !quantity.empty() && picture != options.outputs.end()) {
     log_info(
         fmt::format("a heatmap with a legend shows {} better: emberline heatmap {} -o {} --of {}",
                     layer.name, shell_quoted(options.image), shell_quoted(*picture), quantity));
@@ -100,25 +107,35 @@ struct GreyRange {
   float black = 0.0f, white = 1.0f;
 };
 
-// Returns the layer's least and greatest values, or 0 and 1 if all values are between 0 and 1. If
-// all values are equal and outside [0, 1], the range extends to 0. Ignores values that are not
-// finite, and magnitudes of 1e10 or more (the background's depth).
-GreyRange grey_range(const ShowOptions& options, const LoadProgress& progress,
-                     const ImageLayer& layer) {
+// Returns the least and greatest values of the layer in all these files, or 0 and 1 if all values
+// are between 0 and 1. If all values are equal and outside [0, 1], the range extends to 0. Ignores
+// values that are not finite, magnitudes of 1e10 or more (the background's depth), and frames of a
+// sequence that are not readable.
+GreyRange grey_range(const ShowOptions& options, std::span<const std::string> paths) {
   constexpr float kBackground = 1e10f;  // depth that Emberline and Blender write for the background
-  FloatImageRows file(options.image, progress);
-  const size_t stride = file.image().channel_names.size(), channel = size_t(layer.channels[0]);
   float least = std::numeric_limits<float>::infinity(), greatest = -least;
-  read_bands(file, [&](const Rect&, const std::vector<float>& pixels) {
-    for (size_t i = channel; i < pixels.size(); i += stride) {
-      if (!(std::abs(pixels[i]) < kBackground)) continue;
-      least = std::min(least, pixels[i]);
-      greatest = std::max(greatest, pixels[i]);
+  for (const std::string& path : paths) {
+    try {
+      FloatImageRows file(path, LoadProgress({}, {}, limits_of(options.limits, path)));
+      const ImageLayer layer = find_frame_layer(file.image(), options.layer, path);
+      if (!layer.is_number()) return {};
+      const size_t stride = file.image().channel_names.size(), channel = size_t(layer.channels[0]);
+      read_bands(file, [&](const Rect&, const std::vector<float>& pixels) {
+        for (size_t i = channel; i < pixels.size(); i += stride) {
+          if (!(std::abs(pixels[i]) < kBackground)) continue;
+          least = std::min(least, pixels[i]);
+          greatest = std::max(greatest, pixels[i]);
+        }
+      });
+    } catch (const LimitError&) {
+      throw;
+    } catch (const std::exception&) {
+      if (paths.size() == 1) throw;
     }
-  });
+  }
   if (!(least < 0.0f || greatest > 1.0f)) return {};
   if (least == greatest) (least > 0.0f ? least : greatest) = 0.0f;
-  log_info(fmt::format("{}: black is {:.6g}, white is {:.6g}", layer.name, least, greatest));
+  log_info(fmt::format("{}: black is {:.6g}, white is {:.6g}", options.layer, least, greatest));
   return {least, greatest};
 }
 
@@ -155,41 +172,44 @@ class LayerColours {
   ToWorkingSpace to_rec709_;
 };
 
-// The output files, opened before the pixels are read.
-class ShownFiles {
+// The outputs of a frame. Files are opened before the pixels are read.
+class ShownFrame {
  public:
-  ShownFiles(const ShowOptions& options, const FloatImageRows& file, const ImageLayer& layer)
-      : tile_size_(tile_side(file)), has_alpha_(layer.alpha >= 0) {
+  // `animation` may be null. Otherwise it has begun this frame.
+  ShownFrame(const ShowOptions& options, const FloatImageRows& file, const ImageLayer& layer,
+             FrameAnimation* animation)
+      : tile_size_(tile_side(file)), has_alpha_(layer.alpha >= 0), animation_(animation) {
     const WorkingSpace space = layer.has_colour ? file.image().space : WorkingSpace::kRec709;
-    std::shared_ptr<const DisplayTransform> transform;
+    if (animation || !std::ranges::all_of(options.outputs, is_exr)) {
+      transform_ = std::make_shared<DisplayTransform>(options.display, space);
+    }
     for (const std::string& path : options.outputs) {
       if (is_exr(path)) {
         exrs_.push_back(
             {path, std::make_unique<ExrWriter>(path, header(options, file, layer, space))});
-        continue;
+      } else {
+        images_.push_back(std::make_unique<DisplayImageWriter>(
+            path, file.image().data_window, transform_, is_transparent(file, layer)));
       }
-      if (!transform) transform = std::make_shared<DisplayTransform>(options.display, space);
-      images_.push_back(std::make_unique<DisplayImageWriter>(
-          path, file.image().data_window, transform, is_transparent(file, layer)));
     }
   }
 
-  bool has_images() const { return !images_.empty(); }
-
   void write(const Rect& band, std::vector<float> rgba, const GreyRange& range) {
     if (!exrs_.empty()) write_exrs(band, rgba);
-    if (images_.empty()) return;
+    if (!transform_) return;
     if (range.black != 0.0f || range.white != 1.0f) {
       for (size_t i = 0; i < rgba.size(); ++i) {
         if (i % 4 < 3) rgba[i] = (rgba[i] - range.black) / (range.white - range.black);
       }
     }
+    if (animation_) animation_->add(band, rgba);
     for_tiles(band, rgba, [this](const Rect& tile, const std::vector<float>& pixels) {
       for (const auto& image : images_) image->write_tile(tile, pixels);
     });
   }
 
   void finish(bool complete, WriteAttempts& attempts) {
+    if (animation_) animation_->end(*transform_);
     for (const auto& [path, writer] : exrs_) attempts.attempt(path, [&] { writer->finish(); });
     for (const auto& image : images_) {
       attempts.attempt(image->path(), [&] { image->finish(complete); });
@@ -243,6 +263,8 @@ class ShownFiles {
 
   const int tile_size_;
   const bool has_alpha_;
+  FrameAnimation* const animation_;
+  std::shared_ptr<const DisplayTransform> transform_;  // if a file or the animation needs it
   std::vector<std::pair<std::string, std::unique_ptr<ExrWriter>>> exrs_;
   std::vector<std::unique_ptr<DisplayImageWriter>> images_;
 };
@@ -267,44 +289,176 @@ uint64_t shown_bytes(const ShowOptions& options, const FloatImageRows& file,
   return bytes;
 }
 
+// What the frames of a sequence share.
+struct SharedState {
+  bool hints = true;  // whether the log may suggest something better
+  GreyRange range;
+  FrameAnimation* animation = nullptr;
+};
+
+bool is_displayed(const ShowOptions& options) {
+  return !std::ranges::all_of(options.outputs, is_exr);
+}
+
+int show_frame(const ShowOptions& options, const SharedState& shared) {
+  const LoadProgress progress({}, {}, limits_of(options.limits, options.image));
+  FloatImageRows file(options.image, progress);
+  const FloatImage& image = file.image();
+  for (const std::string& path : options.outputs) check_picture_format(path, image.data_window);
+  const ImageLayer layer = choose_layer(options, image, shared.hints);
+  const MemoryReservation memory(progress.budget(), MemoryPart::kFilm,
+                                 shown_bytes(options, file, layer), options.image);
+  warn_if_stopped(options.image, image);
+  const int denoised = image.find_channel(std::string(kDenoisedLayer) + ".R");
+  if (shared.hints && options.layer.empty() && denoised >= 0 &&
+      layer.channels.front() != denoised) {
+    log_info(
+        fmt::format("showing R, G and B of {}, which are not denoised; --layer {} shows the "
+                    "denoised picture",
+                    options.image, kDenoisedLayer));
+  }
+  if (shared.animation) shared.animation->begin(image.data_window, options.image, progress);
+  ShownFrame shown(options, file, layer, shared.animation);
+  const LayerColours colours(image, layer, options.image);
+  read_bands(file, [&](const Rect& band, const std::vector<float>& pixels) {
+    shown.write(band, colours.convert(pixels), shared.range);
+  });
+  WriteAttempts attempts;
+  shown.finish(!image.stopped_after, attempts);
+  for (const std::string& path : attempts.written()) log_info("wrote " + path);
+  return attempts.failed().empty() ? kExitDone : kExitRenderFailed;
+}
+
+// Adds a .png or .jpg file to the animation.
+void animate_picture(const ShowOptions& options, FrameAnimation& animation) {
+  const LoadProgress progress({}, {}, limits_of(options.limits, options.image));
+  const RgbFile file = read_rgb(options.image, progress);
+  const Rect window = {0, 0, file.pixels.width, file.pixels.height};
+  animation.begin(window, options.image, progress);
+  const std::vector<float>& rgb = file.pixels.rgb;
+  const auto width = size_t(window.width());
+  std::vector<float> rgba(4 * width, 1.0f);
+  for (int y = 0; y < window.y1; ++y) {
+    for (size_t x = 0; x < width; ++x)
+      std::copy_n(&rgb[3 * (size_t(y) * width + x)], 3, &rgba[4 * x]);
+    animation.add({0, y, window.x1, y + 1}, rgba);
+  }
+  animation.end(DisplayTransform({}));
+}
+
+ShowOptions options_of_frame(const ShowOptions& options, int number) {
+  ShowOptions one = options;
+  one.image = expand_frame_number(options.image, number);
+  for (std::string& path : one.outputs) path = expand_frame_number(path, number);
+  return one;
+}
+
+// Converts the frames, whose outputs are files of single frames. Returns the exit code.
+int show_frames(const ShowOptions& options, std::span<const int> frames,
+                FrameAnimation* animation) {
+  SharedState shared;
+  shared.animation = animation;
+  if (!options.layer.empty() && (animation || is_displayed(options))) {
+    std::vector<std::string> paths;
+    for (const int number : frames) paths.push_back(expand_frame_number(options.image, number));
+    shared.range = grey_range(options, paths);
+  }
+  int exit_code = kExitDone;
+  for (const int number : frames) {
+    const ShowOptions one = options_of_frame(options, number);
+    try {
+      if (animation && one.outputs.empty() && !is_exr(one.image)) {
+        animate_picture(one, *animation);
+      } else {
+        exit_code = std::max(exit_code, show_frame(one, shared));
+      }
+      shared.hints = false;
+    } catch (const LimitError&) {
+      throw;
+    } catch (const std::exception& error) {
+      // If no frame has been shown yet, a usage error probably affects all frames.
+      const Failure failure = failure_of(error);
+      if (shared.hints && failure.exit_code == kExitUsage) throw;
+      log_error(failure.message);
+      exit_code = std::max(exit_code, failure.exit_code);
+    }
+  }
+  return exit_code;
+}
+
+int show_sequence(ShowOptions options) {
+  const std::vector<int> frames =
+      options.frames.empty() ? existing_frames(options.image) : options.frames;
+  std::vector<std::string> gifs;
+  std::erase_if(options.outputs, [&](const std::string& path) {
+    if (is_gif(path)) gifs.push_back(path);
+    return is_gif(path);
+  });
+  FileRegister files;
+  for (const int number : frames) {
+    files.read(expand_frame_number(options.image, number), "it is a frame of the sequence");
+  }
+  for (const std::string& path : options.outputs) {
+    if (frames.size() > 1) check_frame_number("-o", path, options.image);
+    for (const int number : frames) {
+      const std::string file = expand_frame_number(path, number);
+      check_picture_format(file, {});
+      files.write("-o", file);
+    }
+    check_writable(expand_frame_number(path, frames.front()));
+  }
+  for (const std::string& path : gifs) {
+    files.write("-o", path);
+    check_writable(path);
+  }
+  FrameAnimation animation(kMaxAnimationSide);
+  int exit_code = show_frames(options, frames, gifs.empty() ? nullptr : &animation);
+  WriteAttempts attempts;
+  for (const std::string& path : gifs) {
+    if (animation.size() == 0) break;
+    attempts.attempt(path, [&] {
+      const std::vector<unsigned char> gif = animation.encode(options.fps, path);
+      write_file_atomically(path, {reinterpret_cast<const char*>(gif.data()), gif.size()});
+    });
+  }
+  for (const std::string& path : attempts.written()) {
+    log_info(fmt::format("wrote {} ({} frames)", path, animation.size()));
+  }
+  return attempts.failed().empty() ? exit_code : std::max<int>(exit_code, kExitRenderFailed);
+}
+
 }  // namespace
 
 int run_show(const ShowOptions& options) {
   const WorkerThreads workers(0);
+  if (is_sequence(options.image)) return show_sequence(options);
+  const auto gif = std::ranges::find_if(options.outputs, is_gif);
+  if (gif != options.outputs.end() || !options.frames.empty()) {
+    throw UsageError("{} needs a sequence: write #### instead of the frame's number in {}",
+                     options.frames.empty() ? "-o " + *gif : "--frames", options.image);
+  }
   FileRegister files;
   files.read(options.image, "it is the frame itself");
   for (const std::string& path : options.outputs) {
     check_picture_format(path, {});
     files.write("-o", path);
   }
-  const LoadProgress progress({}, {}, limits_of(options.limits, options.image));
-  FloatImageRows file(options.image, progress);
-  const FloatImage& image = file.image();
-  for (const std::string& path : options.outputs) check_picture_format(path, image.data_window);
-  const ImageLayer layer = choose_layer(options, image);
-  const MemoryReservation memory(progress.budget(), MemoryPart::kFilm,
-                                 shown_bytes(options, file, layer), options.image);
-  warn_if_stopped(options.image, image);
-  const int denoised = image.find_channel(std::string(kDenoisedLayer) + ".R");
-  if (options.layer.empty() && denoised >= 0 && layer.channels.front() != denoised) {
-    log_info(
-        fmt::format("showing R, G and B of {}, which are not denoised; --layer {} shows the "
-                    "denoised picture",
-                    options.image, kDenoisedLayer));
-  }
-  ShownFiles shown(options, file, layer);
+  SharedState shared;
   // Without --layer, a single channel is the luminance. It is displayed like a picture, so it needs
   // no range.
-  const bool needs_range = layer.is_number() && !options.layer.empty() && shown.has_images();
-  const GreyRange range = needs_range ? grey_range(options, progress, layer) : GreyRange{};
-  const LayerColours colours(image, layer, options.image);
-  read_bands(file, [&](const Rect& band, const std::vector<float>& pixels) {
-    shown.write(band, colours.convert(pixels), range);
-  });
-  WriteAttempts attempts;
-  shown.finish(!image.stopped_after, attempts);
-  for (const std::string& path : attempts.written()) log_info("wrote " + path);
-  return attempts.failed().empty() ? kExitDone : kExitRenderFailed;
+  if (!options.layer.empty() && is_displayed(options)) {
+    shared.range = grey_range(options, std::array{options.image});
+  }
+  return show_frame(options, shared);
+}
+
+AnimatedFrames animate_frames(const ShowOptions& options, int max_side) {
+  ShowOptions animated = options;
+  animated.outputs.clear();
+  FrameAnimation animation(max_side);
+  show_frames(animated, options.frames, &animation);
+  if (animation.size() == 0) return {};
+  return {animation.encode(options.fps, options.image), animation.width(), animation.height()};
 }
 
 }  // namespace emberline

@@ -5,6 +5,7 @@
 #include <initializer_list>
 
 #include "renderer/app/command_options.h"
+#include "renderer/app/frame_animation.h"
 #include "renderer/app/frame_range.h"
 #include "renderer/app/shared_options.h"
 #include "renderer/engine/setting_table.h"
@@ -25,6 +26,17 @@ void add_json(CLI::App* app, bool& json) {
 
 CLI::Option* add_scene(CLI::App* app, std::string& scene) {
   return add_argument(app, "scene", scene, "The scene: a .gltf or .glb file.");
+}
+
+// Adds --frames for a command that can `verb` a sequence.
+void add_frames(CLI::App* app, std::vector<int>& frames, const char* verb, const char* more) {
+  CLI::Option* option = app->add_option_function<std::string>(
+      "--frames", [&frames](const std::string& text) { frames = parse_frames(text); });
+  describe(option->type_name("LIST"), {.section = H::kOutput,
+                                       .brief = "frames of the sequence, such as 1-24",
+                                       .full = fmt::format("{} only these frames.{}", verb, more),
+                                       .fallback = "all frames that exist",
+                                       .example = "shot.####.exr --frames 10-20 -o new.####.png"});
 }
 
 // Adds the options for the jobs of `emberline farm`.
@@ -243,14 +255,27 @@ void add_heatmap_options(CLI::App* app, HeatmapOptions& o) {
 }
 
 void add_show_options(CLI::App* app, ShowOptions& o) {
-  add_argument(app, "frame", o.image, "The frame: an .exr file from any program.")->required();
+  add_argument(app, "frame", o.image,
+               "The frame: an .exr file from any program. A run of # is the number of a frame: "
+               "shot.####.exr stands for all such files.")
+      ->required();
   add_text(
       app, "-o,--output", o.outputs, "FILE",
       {.section = H::kOutput,
-       .brief = "picture to write: .png, .jpg or .exr",
+       .brief = "picture to write: .png, .jpg, .exr, or .gif for a sequence",
        .full = "Write the picture to this file. .png and .jpg files are converted for display; an "
-               ".exr file has only this layer, as linear R, G and B. May be given more than once."})
+               ".exr file has only this layer, as linear R, G and B. A .gif file is an animation "
+               "of a sequence, at most 640 pixels wide and high; the names of other files need a "
+               "run of # if there are several frames. May be given more than once."})
       ->required();
+  add_frames(app, o.frames, "Show", "");
+  add_number(app, "--fps", o.fps, double(kMinAnimationFps), double(kMaxAnimationFps),
+             {.section = H::kOutput,
+              .brief = "frames per second of a .gif [24]",
+              .full = "Play the .gif with this many frames per second. The time of a frame is "
+                      "rounded to hundredths of a second.",
+              .fallback = "24",
+              .example = "shot.####.exr -o shot.gif --fps 12"});
   add_text(app, "--layer", o.layer, "NAME",
            {.section = H::kOutput,
             .brief = "layer to show, such as denoised, albedo or Z",
@@ -264,7 +289,8 @@ void add_show_options(CLI::App* app, ShowOptions& o) {
   add_limits(app, o.limits);
   app->footer(
       "emberline show frame.exr -o frame.png --view ACES --exposure -1\n"
-      "emberline show frame.exr -o albedo.png --layer albedo");
+      "emberline show frame.exr -o albedo.png --layer albedo\n"
+      "emberline show shot.####.exr -o shot.gif");
 }
 
 void add_explain_options(CLI::App* app, ExplainOptions& o) {
@@ -333,14 +359,7 @@ void add_denoise_options(CLI::App* app, DenoiseOptions& o) {
               .full = std::string(kAcrossText) +
                       " This needs a sequence of frames with --aov denoising,velocity.",
               .example = "shot.####.exr --across 2 -o clean.####.exr"});
-  CLI::Option* frames = app->add_option_function<std::string>(
-      "--frames", [&o](const std::string& text) { o.frames = parse_frames(text); });
-  describe(frames->type_name("LIST"),
-           {.section = H::kOutput,
-            .brief = "frames of the sequence to denoise, such as 1-24",
-            .full = "Denoise only these frames. The other files still serve as neighbours.",
-            .fallback = "all frames that exist",
-            .example = "shot.####.exr --across 2 --frames 10-20 -o clean.####.exr"});
+  add_frames(app, o.frames, "Denoise", " The other files still serve as neighbours.");
   add_display_options(app, o.display);
   add_threads(app, o.threads);
   add_limits(app, o.limits);

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <ctime>
 
 namespace emberline {
 
@@ -55,6 +56,14 @@ std::string readable_seconds(double seconds) {
 std::string readable_percent(double share) {
   if (share > 0 && share < 0.5e-4) return "below 0.01 %";
   return fmt::format("{} %", readable_number(100 * share));
+}
+
+std::string readable_local_time() {
+  const std::time_t now = std::time(nullptr);
+  std::tm parts = {};
+  localtime_r(&now, &parts);
+  char text[64];
+  return {text, std::strftime(text, sizeof text, "%Y-%m-%d %H:%M %z", &parts)};
 }
 
 }  // namespace emberline

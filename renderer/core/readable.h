@@ -25,4 +25,7 @@ std::string readable_seconds(double seconds);
 // Formats a fraction in [0, 1] as a percentage, such as "25.3 %".
 std::string readable_percent(double share);
 
+// Returns the time now, such as "2026-11-28 14:05 +0100".
+std::string readable_local_time();
+
 }  // namespace emberline

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <iterator>
 #include <numbers>
 #include <numeric>
@@ -39,6 +40,16 @@ size_t spreading_stride(size_t count) {
   auto stride = size_t(std::max(1.0, double(count) / std::numbers::phi));
   while (std::gcd(stride, count) > 1) ++stride;
   return stride;
+}
+
+// Returns the tiles by falling powers of two of their cost, and spread evenly within each power.
+std::vector<size_t> tile_order(std::span<const double> costs) {
+  const size_t stride = spreading_stride(costs.size());
+  std::vector<size_t> order;
+  for (size_t n = 0; n < costs.size(); ++n) order.push_back(n * stride % costs.size());
+  std::ranges::stable_sort(order, std::ranges::greater(),
+                           [&](size_t i) { return std::ilogb(std::max(costs[i], kMinWork)); });
+  return order;
 }
 
 }  // namespace
@@ -102,7 +113,7 @@ TileBudget::TileBudget(double seconds, BudgetClock clock, std::vector<double> co
       clock_(std::move(clock)),
       began_s_(clock_()),
       costs_(std::move(costs)),
-      stride_(spreading_stride(costs_.size())),
+      order_(tile_order(costs_)),
       seconds_per_work_(seconds_per_work),
       least_(least) {
   for (const double cost : costs_) all_ += cost;

@@ -69,9 +69,10 @@ class TileBudget {
   TileBudget(double seconds, BudgetClock clock, std::vector<double> costs, double seconds_per_work,
              uint32_t least);
 
-  // Returns the tile to render as number `n`, counted from 0. The first tiles are spread over the
-  // whole frame, so that their pace is that of the frame.
-  size_t tile_at(size_t n) const { return n * stride_ % costs_.size(); }
+  // Returns the tile to render as number `n`, counted from 0. Expensive tiles come first, so that
+  // the last correction applies to small tiles and all threads end at about the same time. Tiles of
+  // similar cost are spread over the whole frame, so that the first ones have the frame's pace.
+  size_t tile_at(size_t n) const { return order_[n]; }
   // The tile has its samples already.
   void skip(size_t tile);
   // Returns the number of samples of each pixel of the tile, which begins now.
@@ -91,7 +92,7 @@ class TileBudget {
   const BudgetClock clock_;
   const double began_s_;
   const std::vector<double> costs_;
-  const size_t stride_;  // has no divisor in common with the number of tiles
+  const std::vector<size_t> order_;
   const double seconds_per_work_, least_;
   double samples_ = 1;      // samples per pixel of the tiles to come, at least least_
   double left_ = 0;         // costs of the tiles to come

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <ctime>
 #include <filesystem>
 
 #include "renderer/core/file_suffix.h"
@@ -26,19 +25,11 @@ std::string file_name(const std::string& path) {
   return std::filesystem::path(path).filename().string();
 }
 
-std::string local_time() {
-  const std::time_t now = std::time(nullptr);
-  std::tm parts = {};
-  localtime_r(&now, &parts);
-  char text[64];
-  return {text, std::strftime(text, sizeof text, "%Y-%m-%d %H:%M %z", &parts)};
-}
-
 std::string summary(const RenderOptions& o, const RenderReport& r) {
   const double pixels = double(r.crop.area());
   return fmt::format("{} x {} pixels, {} samples per pixel, {} in {}. {}", r.crop.width(),
                      r.crop.height(), readable_number(double(r.counters.samples) / pixels, 4),
-                     o.driver, readable_seconds(r.times.render_s), local_time());
+                     o.driver, readable_seconds(r.times.render_s), readable_local_time());
 }
 
 PageFigure encoded_figure(const ByteImage& image, const char* format, const std::string& text,

@@ -13,14 +13,10 @@ namespace emberline {
 ReportPictures::ReportPictures(const RenderOptions& options, const Rect& crop, const AovSet& aovs)
     : transform_(options.display, options.working_space),
       crop_(crop),
-      factor_((std::max(crop.width(), crop.height()) + kMaxPixels - 1) / kMaxPixels),
-      width_((crop.width() + factor_ - 1) / factor_),
-      height_((crop.height() + factor_ - 1) / factor_),
       film_channels_(film_channel_names(aovs)),
-      judged_(judged_names(options)) {
-  const size_t pixels = size_t(width_) * size_t(height_);
-  rgb_.assign(3 * pixels, 0.0f);
-  count_.assign(pixels, 0);
+      judged_(judged_names(options)),
+      picture_(crop, kMaxPixels) {
+  const size_t pixels = picture_.size();
   for (const HeatmapQuantity& quantity : heatmap_quantity_table()) {
     if (quantity.aov && !aovs.contains(*quantity.aov)) continue;
     if (quantity.categories == judged_categories && judged_.size() < 2) continue;
@@ -62,13 +58,11 @@ void ReportPictures::add(const FilmTile& tile) {
   // If the frame is scaled down, several tiles can contribute to the same pixel of these pictures.
   const std::lock_guard lock(mutex_);
   for (const auto& [samples, number] : counts) pixels_by_samples_[samples] += number;
+  picture_.add(rect, film, stride);
   for (size_t i = 0; i < pixels; ++i) {
     const int x = rect.x_of(i), y = rect.y_of(i);
-    const int u = x - crop_.x0, v = y - crop_.y0;
-    const size_t target = size_t(v / factor_) * size_t(width_) + size_t(u / factor_);
-    for (size_t c = 0; c < 3; ++c) rgb_[3 * target + c] += film[i * stride + c];
-    ++count_[target];
-    const bool first = u % factor_ == 0 && v % factor_ == 0;
+    const size_t target = picture_.index_of(x, y);
+    const bool first = (x - crop_.x0) % factor() == 0 && (y - crop_.y0) % factor() == 0;
     for (size_t m = 0; m < maps_.size(); ++m) {
       const float value = values[m * pixels + i];
       if (!std::isfinite(value) || (maps_[m].quantity->categories && !first)) continue;
@@ -78,29 +72,17 @@ void ReportPictures::add(const FilmTile& tile) {
   }
 }
 
-ByteImage ReportPictures::picture() const {
-  std::vector<float> rgb(rgb_);
-  for (size_t i = 0; i < count_.size(); ++i) {
-    for (size_t c = 0; c < 3; ++c) rgb[3 * i + c] /= float(std::max(1u, count_[i]));
-  }
-  transform_.apply(rgb.data(), count_.size());
-  ByteImage image{.width = width_, .height = height_, .values = {}, .srgb = transform_.is_srgb()};
-  image.values.reserve(rgb.size());
-  for (const float value : rgb) image.values.push_back(to_byte(value));
-  return image;
-}
-
 std::vector<ReportPictures::Map> ReportPictures::maps() const {
   std::vector<Map> maps;
   for (const MapSums& sums : maps_) {
     // Pixels for which no tile was added have channels of 0, as in the EXR.
     const std::vector<float> zeros(sums.channels.size(), 0.0f);
     const float default_value = sums.quantity->value(zeros.data());
-    Plane plane{width_, height_, sums.sums};
+    Plane plane{picture_.width(), picture_.height(), sums.sums};
     for (size_t i = 0; i < plane.values.size(); ++i) {
       const float mean = sums.counts[i] > 0 ? plane.values[i] / float(sums.counts[i])
                                             : std::numeric_limits<float>::quiet_NaN();
-      plane.values[i] = count_[i] == 0       ? default_value
+      plane.values[i] = !picture_.has(i)     ? default_value
                         : sums.quantity->rms ? std::sqrt(mean)
                                              : mean;
     }
@@ -119,7 +101,7 @@ std::map<uint32_t, uint64_t> ReportPictures::pixels_by_samples() const {
 }
 
 uint64_t ReportPictures::bytes() const {
-  uint64_t bytes = rgb_.capacity() * sizeof(float) + count_.capacity() * sizeof(uint32_t);
+  uint64_t bytes = picture_.bytes();
   for (const MapSums& map : maps_) {
     bytes += map.sums.capacity() * sizeof(float) + map.counts.capacity() * sizeof(uint32_t);
   }

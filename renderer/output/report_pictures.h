@@ -15,6 +15,7 @@
 #include "renderer/core/rect.h"
 #include "renderer/film/channels.h"
 #include "renderer/output/render_options.h"
+#include "renderer/output/scaled_picture.h"
 #include "renderer/statistics/heatmap_quantity.h"
 
 namespace emberline {
@@ -37,9 +38,9 @@ class ReportPictures {
 
   // One pixel of these pictures covers factor x factor pixels of the frame (fewer at the right and
   // lower edges).
-  int factor() const { return factor_; }
+  int factor() const { return picture_.factor(); }
   // Returns the frame as display values. Pixels for which no tile was added are black.
-  ByteImage picture() const;
+  ByteImage picture() const { return picture_.display(transform_); }
 
   struct Map {
     const HeatmapQuantity* quantity;
@@ -69,11 +70,9 @@ class ReportPictures {
 
   DisplayTransform transform_;
   Rect crop_;
-  int factor_, width_, height_;
   std::vector<std::string> film_channels_, judged_;
   std::mutex mutex_;
-  std::vector<float> rgb_;       // sums
-  std::vector<uint32_t> count_;  // number of pixels added
+  ScaledPicture picture_;
   std::vector<MapSums> maps_;
   std::map<uint32_t, uint64_t> pixels_by_samples_;
 };

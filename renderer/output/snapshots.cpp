@@ -16,6 +16,7 @@
 #include "renderer/core/shortened.h"
 #include "renderer/drivers/driver_table.h"
 #include "renderer/output/rgb_file.h"
+#include "renderer/output/scaled_picture.h"
 
 namespace emberline {
 namespace {
@@ -70,35 +71,6 @@ std::optional<std::string> suffix_after_number(const std::string& name) {
   const size_t digits = name.find_first_not_of("0123456789");
   if (digits == std::string::npos || digits < 3 || name[digits] != '_') return std::nullopt;
   return name.substr(digits + 1);
-}
-
-ByteImage animation_frame(const std::vector<float>& rgba, const Rect& crop,
-                          const DisplayTransform& transform) {
-  constexpr int kMaxPixels = 640;
-  const int width = crop.width(), height = crop.height();
-  const int factor = (std::max(width, height) + kMaxPixels - 1) / kMaxPixels;
-  ByteImage image{.width = (width + factor - 1) / factor,
-                  .height = (height + factor - 1) / factor,
-                  .values = {},
-                  .srgb = transform.is_srgb()};
-  std::vector<float> rgb;
-  rgb.reserve(3 * size_t(image.width) * size_t(image.height));
-  for (int y = 0; y < height; y += factor) {
-    for (int x = 0; x < width; x += factor) {
-      double sum[3] = {};
-      int count = 0;
-      for (int j = y; j < std::min(y + factor, height); ++j) {
-        for (int i = x; i < std::min(x + factor, width); ++i, ++count) {
-          const size_t pixel = size_t(j) * size_t(width) + size_t(i);
-          for (size_t c = 0; c < 3; ++c) sum[c] += double(rgba[4 * pixel + c]);
-        }
-      }
-      for (const double s : sum) rgb.push_back(float(s / count));
-    }
-  }
-  transform.apply(rgb.data(), rgb.size() / 3);
-  for (const float v : rgb) image.values.push_back(to_byte(v));
-  return image;
 }
 
 }  // namespace
@@ -209,9 +181,12 @@ void SnapshotRecorder::write_exr(const std::string& file, const std::vector<floa
 
 void SnapshotRecorder::write_animation() const {
   constexpr double kFrameSeconds = 0.7;
+  constexpr int kMaxSide = 640;
   std::vector<ByteImage> frames;
   for (const Snapshot& snapshot : recorded_) {
-    frames.push_back(animation_frame(*snapshot.rgba, crop_, *transform_));
+    ScaledPicture scaled(crop_, kMaxSide);
+    scaled.add(crop_, *snapshot.rgba, 4);
+    frames.push_back(scaled.display(*transform_));
   }
   const std::string file = folder_->path(kAnimation);
   const std::vector<unsigned char> bytes = encode_animation(frames, kFrameSeconds, file);

@@ -121,7 +121,7 @@ std::span<const Category> stop_categories() {
   };
   static const std::vector<Category> categories = {
       {float(PixelStop::kNone), "no sample", {0, 0, 0}},
-      category(PixelStop::kBudget, {0, 114, 178}),
+      {float(PixelStop::kBudget), spell_setting_names("`spp` or `plan`"), {0, 114, 178}},
       category(PixelStop::kThreshold, {86, 180, 233}),
       category(PixelStop::kMaximum, {240, 228, 66}),
       category(PixelStop::kTimeLimit, {204, 121, 167}),

@@ -513,6 +513,28 @@ TEST_F(Range, InterruptWritesTheFrameAndListsTheRest) {
   }
 }
 
+// Of two frames, one fails. The animation has the other frames, which a --skip-existing skips.
+TEST_F(Range, ReportsAsAPage) {
+  const Words page = {"--range-report", path("range.html"), "-o", path("a.#.png")};
+  render(turn(page + Words{"--frames", "1-2"}));
+  std::string text = read_text(path("range.html"));
+  for (const char* part : {"scene.glb", "2 rendered", "data:image/gif;base64,", "Frames 1-2 at 24",
+                           "<svg", "turntable", "--frames 1-2"}) {
+    EXPECT_NE(text.find(part), std::string::npos) << part;
+  }
+  fs::create_directory(path("a.03.exr"));
+  const RunResult failed = run(turn(page + Words{"--frames", "1-3", "--skip-existing"}));
+  EXPECT_EQ(failed.exit_code, 1) << failed.describe();
+  text = read_text(path("range.html"));
+  for (const char* part : {"2 skipped", "1 failed (3)", "a.03.exr", "Frames 1-2 at 24"}) {
+    EXPECT_NE(text.find(part), std::string::npos) << part << failed.describe();
+  }
+  // Without an .exr file, the animation comes from the pictures.
+  render({"render", scene(), "-o", path("p.#.jpg"), "--size", "24x16", "--spp", "1", "--turntable",
+          "2", "--range-report", path("pictures.htm")});
+  EXPECT_NE(read_text(path("pictures.htm")).find("data:image/gif"), std::string::npos);
+}
+
 TEST_F(Range, EveryFrameHasItsTimeLimit) {
   const RunResult result = run(endless(
       {"--size", "256x256", "--time-limit", "0.05", "--driver", "bisection", "--frames", "1-3"}));

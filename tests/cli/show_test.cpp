@@ -325,5 +325,87 @@ TEST_F(CompareLayer, ADenoisedLayerAloneNeedsNoHint) {
   EXPECT_EQ(show("a.png").err.find("not denoised"), std::string::npos);
 }
 
+class ShowSequence : public Show {
+ protected:
+  void write_depths(const std::string& name, float depth) {
+    write_pixel({{"R"}, {"G"}, {"B"}, {"Z"}}, {1, 1, 1, depth});
+    std::filesystem::rename(path("out.exr"), path(name));
+  }
+  RunResult show_all(const Words& more) { return run(Words{"show", path("a.#.exr")} + more); }
+  // Returns the durations of the frames of a GIF in hundredths of a second.
+  std::vector<int> durations(const std::string& name) {
+    const std::vector<uint8_t> gif = read_bytes(path(name));
+    std::vector<int> list;
+    // A frame begins with a graphic control extension.
+    for (size_t i = 0; i + 8 < gif.size(); ++i) {
+      const bool begins = gif[i] == 0x21 && gif[i + 1] == 0xf9 && gif[i + 2] == 4;
+      if (begins && gif[i + 7] == 0) list.push_back(gif[i + 4] + 256 * gif[i + 5]);
+    }
+    return list;
+  }
+};
+
+TEST_F(ShowSequence, ConvertsEachFrameAndAnimatesAll) {
+  render({"render", scene(), "-o", path("a.#.exr"), "--frames", "1-3", "--size", "24x16", "--spp",
+          "1"});
+  const RunResult all = show_all({"-o", path("b.#.png"), "-o", path("b.gif")});
+  EXPECT_EQ(all.exit_code, 0) << all.describe();
+  EXPECT_EQ(durations("b.gif"), (std::vector<int>{4, 4, 4}));
+  for (const std::string frame : {"1", "2", "3"}) {
+    run({"show", path("a." + frame + ".exr"), "-o", path("alone.png")});
+    EXPECT_EQ(read_bytes(path("b." + frame + ".png")), read_bytes(path("alone.png"))) << frame;
+  }
+  const RunResult some = show_all({"-o", path("c.gif"), "--frames", "3,1", "--fps", "10"});
+  EXPECT_EQ(some.exit_code, 0) << some.describe();
+  EXPECT_EQ(durations("c.gif"), (std::vector<int>{10, 10}));
+}
+
+// A frame that cannot be shown costs one line and does not end the sequence.
+TEST_F(ShowSequence, GoesOnAfterAFrameThatFails) {
+  for (const char* name : {"a.1.exr", "a.2.exr", "a.4.exr"}) write_depths(name, 1);
+  write("a.2.exr", "no picture");
+  write_exr_file(path("a.4.exr"),
+                 {.width = 1,
+                  .height = 1,
+                  .data_window = {0, 0, 1, 1},
+                  .channels = {{"R"}, {"G"}, {"B"}},
+                  .attributes = {}},
+                 std::vector<float>{1, 1, 1});
+  const RunResult result = show_all({"-o", path("a.gif"), "--frames", "1-4"});
+  EXPECT_EQ(result.exit_code, 3) << result.describe();
+  for (const char* text :
+       {"a.2.exr", "a.3.exr",
+        "a.4.exr: it has 1 x 1 pixels, but the first frame of the sequence has 2 x 1",
+        "1 frames"}) {
+    EXPECT_NE(result.err.find(text), std::string::npos) << text << result.err;
+  }
+  EXPECT_EQ(durations("a.gif").size(), 1u);
+}
+
+TEST_F(ShowSequence, FramesShareBlackAndWhite) {
+  write_depths("a.1.exr", -2);
+  write_depths("a.2.exr", 0);
+  write_depths("a.3.exr", 2);
+  const RunResult result = show_all({"-o", path("z.#.png"), "--layer", "Z", "--view", "Raw"});
+  EXPECT_EQ(result.exit_code, 0) << result.describe();
+  EXPECT_EQ(first_pixel("z.1.png")[0], 0);
+  EXPECT_EQ(first_pixel("z.2.png")[0], 128);
+  EXPECT_EQ(first_pixel("z.3.png")[0], 255);
+}
+
+TEST_F(ShowSequence, RejectsNamesOptionsAndSizes) {
+  for (const char* name : {"a.1.exr", "a.2.exr"}) write_depths(name, 1);
+  const Words sequence = {"show", path("a.#.exr"), "-o"};
+  expect_failure(sequence + Words{path("b.png")}, 2, {"-o", "b.####.png"});
+  expect_failure(sequence + Words{path("a.#.exr")}, 2, {"it is a frame of the sequence"});
+  expect_failure(sequence + Words{path("b.gif"), "--fps", "0"}, 2, {"--fps"});
+  expect_failure(sequence + Words{path("b.gif"), "--layer", "none"}, 2, {"none"});
+  expect_failure({"show", path("a.1.exr"), "-o", path("b.gif")}, 2, {"b.gif needs a sequence"});
+  expect_failure({"show", path("a.1.exr"), "-o", path("b.png"), "--frames", "1"}, 2,
+                 {"--frames needs a sequence"});
+  expect_failure({"show", path("none.#.exr"), "-o", path("b.gif")}, 3, {"no file"});
+  expect_failure(sequence + Words{path("b.gif"), "--memory-limit", "100"}, 3, {"memory"});
+}
+
 }  // namespace
 }  // namespace emberline::test

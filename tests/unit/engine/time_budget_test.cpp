@@ -161,6 +161,18 @@ TEST(TileBudget, FirstTilesAreSpreadOverTheFrame) {
   }
 }
 
+TEST(TileBudget, ExpensiveTilesComeFirst) {
+  std::vector<double> costs(60, 1.0);
+  costs[7] = 40;
+  costs[41] = 9;
+  costs[50] = 0;
+  const TileBudget budget(
+      10, [] { return 0.0; }, costs, 0.1, 1);
+  EXPECT_EQ(budget.tile_at(0), 7u);
+  EXPECT_EQ(budget.tile_at(1), 41u);
+  EXPECT_EQ(budget.tile_at(59), 50u);
+}
+
 // A tile in progress counts by the time since it began. If half of it were assumed to be done, the
 // last correction would be wrong by half of the largest tile.
 TEST(TileBudget, ATileThatHasJustBegunIsNotDone) {
