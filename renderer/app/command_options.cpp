@@ -110,7 +110,9 @@ void add_range_options(CLI::App* app, RenderOptions& o) {
              {.section = H::kOutput,
               .full = std::string(kAcrossText) +
                       " Requires --denoise, several frames and an .exr output. The frames are "
-                      "denoised after all of them are rendered, as `emberline denoise` does.",
+                      "denoised after all of them are rendered, as `emberline denoise` does. "
+                      "`noise-threshold` is then the noise of the combined frames, unless `judge` "
+                      "is given.",
               .example = "--frames 1-24 --denoise --across 2 -o shot.####.exr"});
   add_flag(
       app, "--skip-existing", o.skip_existing,

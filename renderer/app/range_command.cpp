@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <optional>
 #include <string>
@@ -206,10 +207,29 @@ DenoiseOptions denoising_of(const RenderOptions& options) {
           .limits = options.limits};
 }
 
+// Returns the noise threshold of the single frames. With `across`, the user's threshold is meant
+// for the combined frames. It is the same for all frames, so that no bit depends on how a range is
+// split; the first and last frames keep more noise.
+float single_frame_threshold(float threshold, int across) {
+  // The average share of a neighbour's samples that count, in the sequence of those of
+  // tests/bench/denoise_sequences.py where it is least (a cut aside), with four on either side.
+  constexpr float kNeighbourShare = 0.47f;
+  return std::min(threshold * std::sqrt(1.0f + 2.0f * kNeighbourShare * float(across)), 1.0f);
+}
+
 // The frames are rendered with what denoising reads, and are denoised later.
 RenderOptions undenoised(RenderOptions options) {
   options.denoise = false;
   options.aovs += std::string(options.aovs.empty() ? "" : ",") + "denoising,velocity";
+  // Of the channels that `judge` names, some are not denoised.
+  if (options.noise_threshold && options.judge.empty()) {
+    const float combined = *options.noise_threshold;
+    options.noise_threshold = single_frame_threshold(combined, options.across);
+    log_info(
+        fmt::format("single frames are rendered with --noise-threshold {:.3g}, so that "
+                    "combined frames have about {:.3g}",
+                    *options.noise_threshold, combined));
+  }
   return options;
 }
 

@@ -1,6 +1,7 @@
 // Tests `emberline denoise` for sequences, and --across. The result must depend only on the frame
 // and on the files of its neighbours. tests/unit/reconstruction/across_test.cpp tests its quality.
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -188,6 +189,26 @@ TEST_F(DenoiseAcross, RenderedAndDenoisedByOneCommand) {
   }
   EXPECT_EQ(fs::last_write_time(path("now.0004.exr")), untouched);
   EXPECT_GT(fs::last_write_time(path("now.0002.exr")), neighbour);
+}
+
+// The threshold is that of the combined frames, so single frames may be noisier.
+TEST_F(DenoiseAcross, ARangeKeepsTheThresholdAfterCombining) {
+  const Words range = {"--frames",          "1-3",  "--driver",  "adaptive",
+                       "--noise-threshold", "0.05", "--max-spp", "256"};
+  render_frames(range + Words{"--denoise", "--across", "1", "--spp", "256"}, "a.####.exr");
+  const ExrPicture picture = read_exr(path("a.0002.exr"));
+  const float threshold = std::stof(picture.attributes.at("emberline:noise_threshold"));
+  EXPECT_NEAR(threshold, 0.05f * std::sqrt(1.94f), 1e-5f);
+  // The same threshold, rendered and denoised by two commands, gives the same bits.
+  render_frames(range + Words{"--noise-threshold", std::to_string(threshold), "--spp", "256",
+                              "--aov", kLayers},
+                "b.####.exr");
+  run({"denoise", path("b.####.exr"), "--across", "1", "-o", path("c.####.exr")});
+  expect_same("a.0002.exr", "c.0002.exr");
+  // With `judge`, it is that of single frames.
+  render_frames(range + Words{"--denoise", "--across", "1", "--spp", "256", "--judge", "RGB,A"},
+                "d.####.exr");
+  EXPECT_EQ(read_exr(path("d.0002.exr")).attributes.at("emberline:noise_threshold"), "0.05");
 }
 
 TEST_F(DenoiseAcross, ARangeNeedsWhatItDenoises) {
