@@ -29,11 +29,11 @@ struct IntegratorSettings {
   // thin wall is not counted.
   int max_depth = 16;
   // If true, the environment lights the scene, but the camera sees neither the environment nor
-  // shadow catchers, whether directly or straight through smooth panes.
+  // shadow catchers, whether directly or straight through smooth thin walls.
   bool transparent = false;
-  // Upper limit for each contribution of indirect light to a sample. Light is indirect if other
-  // surfaces scattered it before the visible surface did. The visible surface may also be one that
-  // is seen in mirrors or through smooth glass. If a channel exceeds the limit, the light is scaled
+  // Upper limit for each contribution of indirect light to a sample. Light is indirect if another
+  // surface scattered it before it reached the visible surface. Surfaces that are seen in mirrors
+  // or through smooth glass count as visible. If a channel exceeds the limit, the light is scaled
   // down without changing its colour. 0 means no limit.
   float clamp_indirect = 0.0f;
   // Number of light samples at surfaces that are visible directly, in mirrors or through smooth
@@ -44,11 +44,11 @@ struct IntegratorSettings {
 
 // Statistics of paths in glass, summed over all samples.
 struct OpticsCounters {
-  uint64_t rays_ended_at_panes = 0;  // rays with more than kMaxWalls walls or hidden faces in a row
+  uint64_t rays_ended_at_panes = 0;  // rays with > kMaxWalls walls or hidden faces in a row
   uint64_t dropped_solids = 0;       // times a path in Interior::kLimit solids entered one more
-  // The number of light samples of point-like lights, which only light sampling finds, and the
-  // number of these samples that smooth solid glass alone blocks. Only one sample in 16 is
-  // examined.
+  // The number of light samples of point-like lights, and the number of these samples that only
+  // smooth solid glass blocks. Such light is lost, since only light sampling finds point-like
+  // lights. One sample in 16 is examined.
   uint64_t point_light_samples = 0, blocked_by_glass = 0;
 
   void merge(const OpticsCounters& o) {
@@ -71,8 +71,8 @@ struct SampleBatch {
   bool surface_aovs = false;     // fill SampleValue::first_hit
   bool hit_id = false;           // fill first_hit.id only
   const AovSet* aovs = nullptr;  // the requested AOVs; null if none
-  // If not 0, first_hit.velocity is filled in for surfaces as well. The value is the time for which
-  // the shutter is open, in frames. Requires surface_aovs.
+  // The time for which the shutter is open, in frames. If it is not 0, first_hit.velocity is filled
+  // in for surfaces, which requires surface_aovs.
   double velocity_frames = 0.0;
   // Output of radiance by light group; set both pointers or neither. The caller must clear
   // light_values. The sum over the groups is SampleValue::radiance.
@@ -87,13 +87,13 @@ struct SampleBatch {
   // default value. An empty span means that features are not recorded.
   std::span<DenoiserFeatures> features = {};
   // Says which surfaces are holdouts or catchers for camera rays; null if there are none. A ray
-  // that has gone straight through smooth panes still counts as a camera ray here. Only `path` and
-  // `direct` support holdouts and catchers.
+  // that has gone straight through smooth thin walls still counts as a camera ray here. Only `path`
+  // and `direct` support holdouts and catchers.
   const SurfaceRoles* roles = nullptr;
   // Output of the light on catchers, with one entry per ray. The caller must set each entry to its
   // default value. An empty span means that this light is not recorded.
   std::span<CatcherSample> catcher_samples = {};
-  // Guides light samples at catchers under an environment. Catchers take no BSDF samples. So the
+  // Guides light samples at catchers under an environment. Catchers take no BSDF samples, so their
   // light samples must also cover the light that MIS compensation would leave to BSDF samples.
   const LightGuide* catcher_guide = nullptr;
   // The solids in which each ray starts, one entry per ray; null if all rays start outside.

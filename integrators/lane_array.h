@@ -32,7 +32,7 @@ class LaneArray {
   Slot slots_[kRayBatch];
 };
 
-// A list of the samples of a batch that take part in a stage, in order.
+// A list of lanes (indices of samples in a batch), in the order in which they were added.
 class LaneList {
  public:
   // A lane may be added only once.

@@ -16,8 +16,8 @@
 
 namespace emberline {
 
-// Number of bounces between the camera and any light that the path's ray finds. A bounce at a
-// mirror or smooth glass counts only if the path has bounced at another kind of surface before.
+// Number of bounces of a path so far. A bounce at a mirror or smooth glass counts only if the path
+// has bounced at another kind of surface before.
 enum class Bounces : uint8_t { kNone, kOne, kMore };
 inline Bounces after_bounce(Bounces before, bool delta) {
   if (before == Bounces::kNone) return delta ? Bounces::kNone : Bounces::kOne;
@@ -42,14 +42,15 @@ struct Path {
   // is the probability that the path is also scattered at the surface that the ray hits.
   float survival = 1.0f, ray_survival = 1.0f;
   // Scattering events so far. Going straight through a smooth thin wall is not counted. Light
-  // samples see through such walls, so with this count they agree with scattered rays on which
-  // paths exist.
+  // samples also pass through such walls, so this rule gives light samples and scattered rays the
+  // same depth limit.
   uint32_t events = 0;
   Bounces bounces = Bounces::kNone;
   LastVertex last;
   SampleRays rays;
 };
 
+// A light sample taken at a vertex, and the segment between the two.
 struct Connection {
   LightSample light;
   Rgb scattered;  // BSDF x cosine towards the light
@@ -58,8 +59,8 @@ struct Connection {
   Vec3f from, target;
 };
 
-// Arrays are indexed by lane. A lane is the index of a sample in the batch. No path depends on the
-// other paths of its batch (law 1).
+// Arrays are indexed by lane. A lane is the index of a sample in the batch. A path does not depend
+// on the other paths of its batch (law 1).
 struct PathBatch {
   PathBatch(const IntegratorSettings& all_settings, const SampleBatch& sample_batch,
             PixelSamples& pixel_samples, std::span<SampleValue> sample_values)

@@ -44,7 +44,7 @@ bool PathGlass::find_visible_face(int lane) {
     }
     if (!next_face(&ray, lane)) return false;
   }
-  // A solid's face may coincide with this surface, and the next ray must start beyond both.
+  // If a solid's face coincides with this surface, the next ray must start beyond the face as well.
   if (b_.scene.solids()->may_coincide(path.hit.instance, path.hit.primitive)) {
     point.surface.offset *= SolidCrossing::kReach;
   }
@@ -105,8 +105,7 @@ void PathGlass::update_ior(int lane) {
   }
 }
 
-// Alpha is a single value. So a tinted pane contributes the luminance of the light that it
-// transmits.
+// Alpha is a single value, so the transmittance of tinted walls is reduced to its luminance.
 void PathGlass::hide_background(LaneList* missed) {
   if (b_.lights.environment() && !b_.settings.transparent) return;
   missed->filter([this](int lane) {
@@ -129,8 +128,8 @@ bool PathGlass::arrives(int lane, CoverageKey key) {
 }
 
 // Returns whether walls or hidden faces may lie between the vertex and the light. If not,
-// is_visible() is better than trace_clear_faces(): is_visible() uses the expected value of
-// coverage, while trace_clear_faces() decides at random.
+// is_visible() is less noisy than trace_clear_faces(): it multiplies the light by the coverage,
+// while trace_clear_faces() decides at random whether a partly covered surface is hit.
 bool PathGlass::may_cross_clear_faces(int lane) {
   const Solids* solids = b_.scene.solids();
   const bool inside = !states_[lane].connection_interior->empty();
@@ -153,8 +152,8 @@ bool PathGlass::trace_clear_faces(int lane, CoverageKey key) {
 }
 
 // Counts samples of point-like lights that do not reach the surface because smooth solid glass
-// would bend their light. No other kind of sample can find these lights. A sample's own geometry
-// alone decides whether the sample is examined.
+// would bend their light. No other kind of sample can find these lights. One sample in 16 is
+// examined, chosen by a hash of its origin.
 void PathGlass::count_light_sample(int lane, CoverageKey key, bool arrives) {
   const Connection& c = b_.connections[lane];
   OpticsCounters* const optics = b_.batch.optics;

@@ -1,4 +1,6 @@
-// Glass in the path loop: the solids that a path is inside of, thin walls and dispersion.
+// Glass in the path loop: the solids that a path is inside of, thin walls and dispersion. A face of
+// a solid is hidden if paths go straight through it without reflection or refraction (is_hidden()
+// in path_media.h).
 //
 // PathLoop takes one of the two classes below as a policy and calls its hooks; `lane` is a path's
 // index in the batch.
@@ -76,8 +78,8 @@ class PathGlass {
   }
 
   // If the camera does not see the environment, handles the camera paths that leave the scene
-  // through panes. Sets the alpha of these paths to the fraction of light that the panes block, and
-  // removes the paths from `missed`.
+  // straight through thin walls. Sets the alpha of these paths to the fraction of light that the
+  // walls block, and removes the paths from `missed`.
   void hide_background(LaneList* missed);
 
   // Called when a light sample leaves the vertex in direction `wi`, which is in local space.

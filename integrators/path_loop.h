@@ -46,11 +46,11 @@ class PathLoop : private PathBatch {
   // Russian roulette starts with the scattering event of this number. Shorter paths are spared,
   // since they carry most of the light.
   static constexpr uint32_t kRouletteDepth = 2;
-  // A path with throughput t continues with probability kRouletteScale sqrt(t). The root is a
-  // compromise between 1 and t, because the light ahead is unknown. The environment is often the
-  // brightest light. So a ray that may reach it is traced with the higher probability
-  // kRayRouletteScale sqrt(t), and the roulette is completed at the surface that the ray hits. Both
-  // scales are our choice; measurements are in tests/bench/results.
+  // A path with throughput t continues with probability kRouletteScale sqrt(t). The square root is
+  // a compromise between 1 and t, because the light that the path will find is unknown. The
+  // environment is often the brightest light. So a ray that may reach it is traced with the higher
+  // probability kRayRouletteScale sqrt(t), and the roulette is completed at the surface that the
+  // ray hits. Both scales are our choice; measurements are in tests/bench/results.
   static constexpr float kRouletteScale = 1.5f;
   static constexpr float kRayRouletteScale = 4.0f;
   // Limits the probability of ending a path to 95 %, so that a survivor's weight grows by a factor
@@ -122,8 +122,8 @@ class PathLoop : private PathBatch {
     if (!missed.empty()) leave_scene(&missed);
   }
 
-  // Plays the second part of the roulette, at the surface that the ray hits. Uses the random number
-  // that has already let the ray be traced. Emissive surfaces are always shaded.
+  // Plays the second part of the roulette, at the surface that the ray hits. Uses the same random
+  // number as the first part (survives_roulette()). Emissive surfaces are always shaded.
   bool survives_hit_roulette(Path* path) {
     if (path->survival == path->ray_survival) return true;
     const Material& material = scene.material_of(path->hit.instance);
@@ -241,8 +241,9 @@ class PathLoop : private PathBatch {
     }
   }
 
-  // Takes the i-th light sample of each lane. For i > 0, all surfaces of a path use the same random
-  // numbers. Examples are a surface under a smooth coat and the surface that the coat reflects.
+  // Takes the i-th light sample of each lane. For i > 0, the random numbers do not depend on the
+  // surface. A path may therefore use the same numbers at two surfaces: for example, under a smooth
+  // coat and at the surface that the coat reflects.
   void connect_lanes(LaneList lanes, int i) {
     LightRequest requests[kRayBatch];
     LightSample* out[kRayBatch] = {};

@@ -24,7 +24,7 @@ void set_relative_ior(const Interior& near, const Interior& far, PixelSamples& s
   };
   BsdfParameters& bsdf = point.material.bsdf;
   bsdf.ior = ior_of(*inner);
-  // An index of 0 reflects everything, whatever surrounds it.
+  // A solid with an index of 0 reflects everything, whatever surrounds it.
   if (!outer || !(bsdf.ior > 0.0f) || !(outer->ior() > 0.0f)) return;
   // The lobe expects an index of at least 1. `inside` then means that the path is on the denser
   // side.

@@ -51,8 +51,9 @@ inline BsdfSample straight_sample(const SurfaceBsdf& bsdf) {
 }
 
 // Returns whether the path goes straight through a face without seeing it. This is so if the same
-// solid fills both sides, or if both sides refract alike and the face does nothing but refract.
-// Emissive faces are always seen, since light sampling does not know what surrounds them.
+// solid fills both sides, or if both sides have the same index of refraction and dispersion and the
+// face only refracts. Emissive faces are never hidden, since light sampling does not know what
+// surrounds them.
 inline bool is_hidden(const Scene& scene, const SolidCrossing& crossing, const Interior& near,
                       const Interior& far, uint32_t instance) {
   const Material* const a = near.medium();
@@ -78,8 +79,8 @@ inline Rgb absorption(const Scene& scene, const Material* medium, float distance
 
 // Maximum number of consecutive smooth thin walls or hidden faces that a sampled ray or a
 // connection passes. Sampled rays and connections have the same limit, since they must find the
-// same light. The limit guards against scenes made of walls; the report says how many rays it ended
-// (OpticsCounters).
+// same light. The limit bounds the work in scenes with very many walls; the report says how many
+// rays it ended (OpticsCounters).
 inline constexpr uint32_t kMaxWalls = 10'000;
 
 // Returns the transmittance towards a sampled light. Smooth thin walls, and the solids behind

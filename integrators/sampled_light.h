@@ -25,10 +25,10 @@ namespace emberline {
     radiance *= emission_through_coat(layers.parameters.clearcoat,
                                       dot(light.direction, light.emitter_normal));
   }
-  // A path sees only the covered part of the emitter. So the light sample is multiplied by the
-  // coverage, to agree with paths on average. As in paths, the texel of the coverage is chosen
-  // independently of the texel of the emission. So a card that is bright only where it is
-  // transparent shows the product of the mean emission and the mean coverage.
+  // Paths hit only the covered part of the emitter. Multiplying the light sample by the coverage
+  // gives it the same mean as paths have. As in paths, the texels of coverage and emission are
+  // chosen independently. So even a card that is bright only where it is transparent shows the
+  // product of the mean emission and the mean coverage.
   if (material.alpha_mode() != AlphaMode::kOpaque) {
     radiance *= material.coverage(attributes, samples.extra());
   }

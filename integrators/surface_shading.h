@@ -39,7 +39,7 @@ inline void find_surface(const Scene& scene, const Ray& ray, const SurfaceHit& h
   p->wo = -ray.direction;
 }
 
-// `u_texture` chooses the texels of this point's texture lookups, which read one texel each.
+// Each texture lookup at this point reads one texel, which the random number `u_texture` selects.
 inline void find_texels(float u_texture, const ShadedPoint& p, TexelPositions* texels) {
   if (!p.surface.material->needs_uv()) return;
   p.surface.material->find_texels(p.surface.attributes, u_texture, texels);

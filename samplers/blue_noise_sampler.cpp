@@ -43,8 +43,8 @@ constexpr uint32_t spread_bits(uint32_t x) {
 uint32_t shuffle_morton_digits(uint32_t morton_index, uint32_t digits, uint32_t key) {
   uint32_t shuffled = 0;
   for (uint32_t i = 0; i < digits; ++i) {
-    // The digits above this one, with a marker bit for the level. The number is unique to the
-    // square.
+    // The digits above this one, with a marker bit for the level, identify the square whose four
+    // quadrants are permuted.
     const uint32_t square = uint32_t(uint64_t(morton_index) >> (2 * i + 2)) | 1u << (2 * (15 - i));
     const uint32_t pick = (hash32(key ^ hash32(square)) >> 16) * 24 >> 16;
     const uint32_t digit = (morton_index >> (2 * i)) & 3u;

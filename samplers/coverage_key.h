@@ -1,9 +1,9 @@
 // The random number that decides whether a ray hits a surface with stochastic coverage.
 //
-// The decisions are stratified over the samples of a pixel, separately for each surface
-// (Laine & Karras 2011, "Stratified Sampling for Stochastic Transparency", EGSR): of 64 samples, 16
-// hit a pane of coverage 1/4, not 16 +- 3.5. The decisions for different surfaces are independent,
-// so two panes transmit the product of their transmittances. A decision depends only on the key and
+// The decisions are stratified over the samples of a pixel, separately for each surface (Laine &
+// Karras 2011, "Stratified Sampling for Stochastic Transparency", EGSR): of 64 samples, 16 hit a
+// surface of coverage 1/4, not 16 +- 3.5. The decisions for different surfaces are independent, so
+// two surfaces transmit the product of their transmittances. A decision depends only on the key and
 // the surface, not on the order in which a ray's hits are found.
 #pragma once
 

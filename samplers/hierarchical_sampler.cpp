@@ -12,7 +12,7 @@ namespace {
 constexpr uint32_t kHierarchicalSalt = 0x4a71ba86u;
 constexpr int kTreeDimensions = camera_dim::kTime + 1;  // pixel, lens, time
 constexpr int kTreeDepth = 32;
-constexpr uint32_t kTreeSize = 1u << 31;  // samples; sample 2^31 would start another tree
+constexpr uint32_t kTreeSize = 1u << 31;  // samples; sample 2^31 starts another tree
 
 // Values of dimension kDimension for samples with the given tree paths. The leading binary digits
 // are the path's bits at depths kDimension, kDimension + 5, ...; a hash gives the rest.

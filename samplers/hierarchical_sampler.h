@@ -8,9 +8,9 @@
 //
 // The tree is not stored. Samples that reach a node alternate between its sides: bit b of the
 // sample's index gives the side at depth b, flipped by a random coin. The coin belongs to the node,
-// that is, to the index's bits below b. owen_sobol::permute() does exactly this: it flips each bit
-// by a hash of the bits below. Its result is the path through the tree, with the side at the root
-// in bit 0.
+// that is, it depends on the index's bits below b. owen_sobol::permute() does exactly this: it
+// flips each bit by a hash of the lower bits. Its result is the path through the tree, with the
+// side at the root in bit 0.
 //
 // Because the coin belongs to the node and not to the visit, a sample k in [2^m, 2^(m+1)) falls
 // into the cell of sample k - 2^m and halves it. Therefore the leaves' volumes are known: after
@@ -41,11 +41,11 @@ class HierarchicalSampler final : public Sampler {
   StreamIndex stream_of(uint32_t sample) const override { return stream_index(streams_, sample); }
   // Returns the volume of the sample's leaf times n, the number of samples in the sample's stream.
   // All weights are 1 if n is a power of two. The estimate is unbiased for any n, since neither the
-  // cells nor the halves depend on values. Between powers of two, the weights help if the last
-  // halving is along a dimension that matters. Otherwise unequal weights add variance, because the
-  // coins already spread the extra samples evenly over the cells. With n = 2^m (1 + t), the weights
-  // multiply the variance by up to (1 + t)(1 - t/2) <= 9/8 where a halving gains nothing. The
-  // factor is larger where the leaves that are not yet halved are the noisy ones.
+  // cells nor the coins depend on the integrand. Between powers of two, the weights help if the
+  // last halving is along a dimension that matters. Otherwise unequal weights add variance, because
+  // the coins already spread the extra samples evenly over the cells. With n = 2^m (1 + t), the
+  // weights multiply the variance by up to (1 + t)(1 - t/2) <= 9/8 where a halving gains nothing.
+  // The factor is larger where the leaves that are not yet halved are the noisy ones.
   float integration_weight(uint32_t sample, uint32_t count) const override;
 
  private:

@@ -15,8 +15,8 @@ void IndependentSampler::fill(const PixelKey& pixel, uint32_t slot, uint32_t fir
   uint64_t pair_key[kPairs];
   for (int p = 0; p < kPairs; ++p) pair_key[p] = hash_combine64(pixel_hash, uint64_t(p));
 
-  // A state of 64 bits per pair avoids birthday collisions of (sample, pair) within any render. The
-  // pair's two numbers are the two halves of one hash.
+  // The two numbers of a pair are the halves of one 64-bit hash. With 64 bits, no two (sample,
+  // pair) in a render are likely to collide.
   const int first_lane = int(first_sample % kSampleLanes);
   for (int i = 0; i < count; ++i) {
     const uint64_t sample_hash = hash64(uint64_t(first_sample) + uint64_t(i) + 1);

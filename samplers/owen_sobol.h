@@ -65,9 +65,10 @@ constexpr uint32_t pascal_below_8(uint32_t i) {
 // Therefore aligned blocks of 2^m stay together, and each pair remains a (0,2)-sequence.
 //
 // The first kSearchedColumns columns come from tests/bench/pair_orders.cpp. With them, any two
-// pairs are also stratified jointly from 64 samples on. With 16 samples or fewer, some numbers of
-// different pairs must share their leading digits; the search chose numbers that are rarely used
-// together. The other columns, for samples from 4096 on, are random.
+// pairs are also stratified jointly from 64 samples on. With 16 samples or fewer, this is not
+// possible for all pairs at once: some numbers of different pairs share their leading digits. The
+// search chose numbers that are rarely used together. The other columns, for samples from 4096 on,
+// are random.
 enum class Order : uint8_t { kPixel, kFirst, kSecond, kChoice, kLens, kTime };
 inline constexpr int kOrders = 6;
 inline constexpr int kSearchedColumns = 12;

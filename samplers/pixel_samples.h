@@ -20,7 +20,7 @@ namespace emberline {
 class PixelSamples {
  public:
   // Number of extra slots, besides the slots of the path's events. They serve work that is repeated
-  // within one scattering event.
+  // within one scattering event, such as further light samples.
   static constexpr int kAuxiliarySlots = 15;
 
   // `camera_dimensions`: number of dimensions of slot 0 that the camera uses.

@@ -15,7 +15,7 @@ namespace {
 constexpr uint32_t kPoissonDiskSalt = 0xd15c5a17u;
 constexpr uint32_t kTableSize = 1024;
 constexpr uint32_t kTables = 8;
-constexpr int kTablePairs = 2;                           // with tables, per slot
+constexpr int kTablePairs = 2;                           // pairs with tables, per slot
 constexpr uint32_t kTableSlots = kTables / kTablePairs;  // slots [0, kTableSlots) have tables
 
 // Coordinates are in units of 2^-32, so that integer overflow wraps around the torus.

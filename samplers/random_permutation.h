@@ -1,11 +1,11 @@
 // A seeded permutation of [0, size) that is computed, not stored. It gives any element in constant
 // time.
 //
-// Rounds of invertible operations permute the words below the next power of two: add and multiply
-// carry upwards, and a shifted xor carries downwards. The rounds are repeated until the word is
-// below `size`. This skips the larger words in the permutation's cycles, which leaves a permutation
-// of [0, size) (Black & Rogaway 2002, "Ciphers with Arbitrary Finite Domains", section 3; first
-// used for samples by Kensler 2013, "Correlated Multi-Jittered Sampling").
+// Rounds of invertible operations permute the words below the next power of two: additions and
+// multiplications carry bits upwards, and a shifted xor carries them downwards. The rounds are
+// repeated until the word is below `size`. This cycle walking leaves a permutation of [0, size)
+// (Black & Rogaway 2002, "Ciphers with Arbitrary Finite Domains", section 3; first used for samples
+// by Kensler 2013, "Correlated Multi-Jittered Sampling").
 #pragma once
 
 #include <algorithm>

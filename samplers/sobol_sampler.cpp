@@ -140,7 +140,7 @@ void fill_one(const BlockPlan<1, kPairs>& plan, uint32_t index_in_block, int lan
     index[2 * p] = i;
     index[2 * p + 1] = owen_sobol::pascal(i);
   }
-#pragma GCC unroll 1  // peeled into scalars it would no longer vectorise
+#pragma GCC unroll 1  // fully unrolled, the loop would no longer vectorise
   for (int d = 0; d < kDimensions; ++d) {
     values[d] = owen_sobol::reversed_to_unit_float(owen_sobol::permute(index[d], plan.scramble[d]));
   }

@@ -2,12 +2,11 @@
 // gets one uniform point (Dippe & Wold 1985, "Antialiasing Through Stochastic Sampling", section
 // 3.2; Cook, Porter & Carpenter 1984 for shuffled strata in further dimensions).
 //
-// The first two pairs of a slot are stratified in the plane. The dimension plan uses the other four
-// dimensions one by one, so these are stratified separately. The plane is cut into about sqrt(n)
-// rows. Each row's height is proportional to its number of cells, so that any n, even a prime,
-// gives n cells of area 1/n. Example: 7 samples use rows of 3, 2 and 2 cells, with heights 3/7, 2/7
-// and 2/7. Each pair and each single dimension assigns cells to samples in an independent random
-// order.
+// The first two pairs of a slot are stratified in the plane. The other four dimensions are used one
+// by one (sampler.h), so each is stratified separately. The plane is cut into about sqrt(n) rows.
+// Each row's height is proportional to its number of cells, so that any n, even a prime, gives n
+// cells of area 1/n. Example: 7 samples use rows of 3, 2 and 2 cells, with heights 3/7, 2/7 and
+// 2/7. Each pair and each single dimension assigns cells to samples in an independent random order.
 #pragma once
 
 #include "samplers/sample_runs.h"

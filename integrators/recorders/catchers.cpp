@@ -6,7 +6,7 @@
 namespace emberline {
 namespace {
 
-// Upper limit for the number of surfaces between a catcher and a light. No real scene has as many.
+// Upper limit for the number of surfaces between a catcher and a light. Real scenes have fewer.
 constexpr int kMaxSurfaces = 10'000;
 
 Ray make_shadow_ray(const LightSample& light, const Vec3f& from, const Vec3f& target, float time) {
@@ -36,7 +36,7 @@ bool is_blocked_by_plate(const Scene& scene, const SurfaceRoles& roles, Vec3f fr
 }  // namespace
 
 // Records the hit of a camera path on a catcher. Returns false if the camera path ends here, at a
-// holdout or a hidden catcher. If a camera ray passes several catchers that are panes, the last one
+// holdout or a hidden catcher. If a camera ray passes through several catchers, the last one
 // counts.
 bool CatcherRecorder::continues_path(int lane) {
   const Path& path = b_.paths[lane];

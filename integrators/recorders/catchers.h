@@ -29,8 +29,8 @@ class CatcherRecorder : public Recorder {
     }
   }
   // Samples lights at catchers. Runs after the paths have ended, so that catchers do not change the
-  // random numbers of paths. Uses the random numbers that the light samples of the catcher's
-  // surface have.
+  // random numbers of paths. Uses the same random numbers as the path's light sample at the
+  // catcher.
   void paths_ended(const LaneList&) {
     if (lanes_.empty() || b_.lights.empty()) return;
     for (const int lane : lanes_) sample_catcher_light(lane);
@@ -41,7 +41,7 @@ class CatcherRecorder : public Recorder {
     Ray ray;
     SurfaceHit hit;
     uint32_t slot;  // slot of the surface's random numbers
-    float weight;   // transmittance of the panes in front of the catcher
+    float weight;   // transmittance of the walls in front of the catcher
   };
   bool continues_path(int lane);
   void sample_catcher_light(int lane);

@@ -1,5 +1,5 @@
-// Records DenoiserFeatures. Mirrors and clear glass record the features of the surface that is seen
-// in or through them, not their own.
+// Records DenoiserFeatures. At a mirror or clear glass, these are the features of the surface that
+// is seen in the mirror or through the glass.
 #pragma once
 
 #include <algorithm>

@@ -1,12 +1,12 @@
-// The hooks that PathLoop calls for recorders, and a recorder that does nothing.
+// The hooks that PathLoop calls for recorders.
 #pragma once
 
 #include "integrators/path_batch.h"
 
 namespace emberline {
 
-// As a policy of PathLoop, this recorder compiles to nothing. Most comments below say what has
-// happened when a hook is called. `lane` is the index of a path in the PathBatch.
+// A recorder that does nothing; its hooks compile to nothing in PathLoop. Most comments below say
+// what has happened when a hook is called. `lane` is the index of a path in the PathBatch.
 struct NoRecorder {
   explicit NoRecorder(PathBatch& /*batch*/) {}
   // Returns whether the batch asks for the recorder's output.
@@ -40,7 +40,7 @@ struct NoRecorder {
   static void paths_ended(const LaneList& /*hit*/) {}
 };
 
-// Base class of all recorders. A recorder hides the hooks that it implements.
+// Base class of all recorders. A recorder implements a hook by hiding the inherited function.
 class Recorder : public NoRecorder {
  protected:
   explicit Recorder(PathBatch& batch) : NoRecorder(batch), b_(batch) {}

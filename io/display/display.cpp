@@ -309,7 +309,7 @@ DisplayTransform::DisplayTransform(const DisplaySettings& settings, WorkingSpace
     throw InputError(place, one_line(error.what()) + (built_in ? "" : " (named by $OCIO)"));
   } catch (const EmberlineError&) {
     throw;
-  } catch (const std::exception& error) {  // thrown for a number that OpenColorIO does not check
+  } catch (const std::exception& error) {  // an invalid number, which OpenColorIO does not check
     throw InputError(
         place, "OpenColorIO rejects an environment variable (OCIO_...): " + one_line(error.what()));
   }

@@ -45,12 +45,12 @@ std::vector<std::string> ocio_table_files();
 // display, "sRGB", with three views: "sRGB" (default; the curve of IEC 61966-2-1, clamped), "ACES"
 // (the ACES 1.0 SDR video output transform, shown on an sRGB display) and "Raw" (no curve).
 //
-// Otherwise uses the config that $OCIO names. Pixels enter the config in the first of these spaces
-// that it has:
+// Otherwise uses the config that $OCIO names. The input space is the first of these that the config
+// has:
 //   1. linear Rec. 709, if a space has one of the usual names for it;
-//   2. its role aces_interchange: OpenColorIO's own matrices convert to ACES2065-1 first;
-//   3. its role scene_linear, without conversion and with a warning, since colours are slightly
-//      off if this space has other primaries.
+//   2. the role aces_interchange; OpenColorIO's own matrices convert pixels to ACES2065-1 first;
+//   3. the role scene_linear; pixels are not converted, but a warning says so, since colours are
+//      slightly off if this space has other primaries.
 class DisplayTransform {
  public:
   // `from` is the input's working space. For an unknown display, view or look (case does not

@@ -17,7 +17,7 @@ namespace {
 
 namespace ocio = OCIO_NAMESPACE;
 
-// A hundred times as many transforms as a real config expands to.
+// The limit is a hundred times the number of transforms that a real config expands to.
 constexpr double kMaxTransforms = 1e5;
 // Limits the recursion.
 constexpr int kMaxDepth = 200;
@@ -173,8 +173,9 @@ class ConfigChecker {
   }
 
   // Rejects XML tables (CTF, CLF) that refer to further files. OpenColorIO would open these files
-  // without any check, even devices, pipes and cycles. Configs can use a GroupTransform instead.
-  // DOCTYPE is rejected too, since XML entities could hide such a reference.
+  // without any check, even if they are devices or pipes or refer to each other in a cycle. Configs
+  // can use a GroupTransform instead. DOCTYPE is rejected too, since XML entities could hide such a
+  // reference.
   void check_references(const InputFile& file, const std::string& path) {
     std::array<char, 64> begin;
     const int64_t read = file.try_read(0, begin.size(), begin.data());

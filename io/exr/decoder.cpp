@@ -87,7 +87,7 @@ SampleType sample_type(Imf::PixelType type) {
                              : SampleType::kFloat;
 }
 
-// The layer with its full stop, and the rest of the channel's name.
+// Splits "albedo.R" into "albedo." and "R".
 std::pair<std::string, std::string> split_name(const std::string& name) {
   const size_t leaf = name.rfind('.') + 1;  // 0 if there is no layer
   return {name.substr(0, leaf), name.substr(leaf)};
@@ -136,7 +136,7 @@ ExrView view_of(const Imf::Header& header) {
   return view;
 }
 
-// The placement of a part's pixels. Parts can be joined if it is equal.
+// The placement of a part's pixels. Parts with equal placement can be joined.
 ImageLayout placement_of(const Imf::Header& header) {
   const Imath::Box2i &data = header.dataWindow(), &full = header.displayWindow();
   const auto side = [](int min, int max) { return int(int64_t(max) - min + 1); };
@@ -219,7 +219,7 @@ class ExrDecoder final : public ImageDecoder {
     Rect pixels;
     int first, last;  // channels of the image
     Imf::PixelType type;
-    std::byte* out;  // the value of the image's channel `first` at `pixels`' corner
+    std::byte* out;  // for channel `first` of the upper left pixel of `pixels`
     size_t row;
   };
 
@@ -274,8 +274,8 @@ void ExrDecoder::read_headers(int rows_per_block) {
   layout_.type_name = is(SampleType::kHalf) ? "half" : is(SampleType::kUint32) ? "uint" : "float";
 }
 
-// Adds the part's channels to the image if its pixels are the first part's pixels and none of its
-// channel names occurs twice.
+// Adds the part's channels to the image if the part has the same placement as the first part, and
+// if none of its channels has the name of an earlier channel.
 void ExrDecoder::add_part(int number, const Imf::Header& header) {
   const Imf::ChannelList& channels = header.channels();
   const std::vector<std::string> names = sorted_names(channels);
@@ -297,14 +297,14 @@ void ExrDecoder::add_part(int number, const Imf::Header& header) {
   }
 }
 
-// Reads the blocks of rows, or the tiles, in parallel. OpenEXR would do that with threads of its
-// own, which our limit on threads does not cover.
+// Reads the blocks of rows, or the tiles, in parallel. OpenEXR's own threads are not used, because
+// our limit on threads does not cover them.
 std::string ExrDecoder::read(const Rect& pixels, int first, int last, SampleType type,
                              std::byte* out, size_t row) {
   const Request request = {pixels, first, last, type == SampleType::kHalf ? Imf::HALF : Imf::FLOAT,
                            out,    row};
   const int width = block_width(), height = block_height();
-  // OpenEXR writes whole tiles and rows.
+  // OpenEXR always fills whole tiles and whole rows of the frame buffer.
   const auto is_cut = [](int at, int step, int end) { return at % step != 0 && at != end; };
   if (pixels.x0 % width != 0 || is_cut(pixels.x1, width, layout_.width) ||
       (layout_.tile_height > 0 &&
@@ -320,7 +320,7 @@ std::string ExrDecoder::read(const Rect& pixels, int first, int last, SampleType
     std::string error = catch_exr_errors([&] {
       std::unique_ptr<OpenFile> file = take_file();
       failures[task] = read_blocks(*file, begin, end, request);
-      if (!failures[task].error.empty()) return;  // the file's position is unknown now
+      if (!failures[task].error.empty()) return;  // not reused: its position is unknown
       const std::lock_guard lock(mutex_);
       idle_.push_back(std::move(file));
     });

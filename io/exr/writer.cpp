@@ -124,7 +124,7 @@ struct ExrWriter::Impl {
     std::vector<const PictureChannel*> channels;  // pointers into `header`
     ExrCompression compression = ExrCompression::kZip;
     std::vector<uint64_t> tiles;      // file offsets, row-major; 0: not written
-    exr_context_t encoder = nullptr;  // of a file that has only this part and is never written
+    exr_context_t encoder = nullptr;  // for a file with only this part, which is never written
   };
 
   Impl(const std::string& path, const ExrHeader& frame_header) : header(frame_header), file(path) {
@@ -154,8 +154,8 @@ struct ExrWriter::Impl {
   }
 
   // The last step of encoding a tile: stores the compressed pixels only if they are shorter than
-  // the raw ones. A reader takes a chunk of the raw length as raw, but OpenEXR (3.1) itself stores
-  // raw pixels only if the compressed ones are longer.
+  // the raw ones. If both have the same length, OpenEXR (3.1) would store the compressed pixels,
+  // but readers take a chunk of the raw length for raw pixels.
   static exr_result_t store_chunk(exr_encode_pipeline_t* pipeline) {
     const bool shorter = pipeline->compressed_bytes < pipeline->packed_bytes;
     const auto* bytes = static_cast<const uint8_t*>(shorter ? pipeline->compressed_buffer
@@ -398,9 +398,10 @@ std::vector<uint8_t> ExrWriter::Impl::encode_lossless(int part, int tile_x, int 
   return bytes;
 }
 
-// Appends the chunk's header and data (OpenEXR, "File Layout"), because OpenEXR's C interface would
-// write one part after another. The header has the part number (multi-part files only), the tile's
-// coordinates and level, and the data's size. Returns the chunk's offset, which is now reserved.
+// Appends the chunk's header and data (OpenEXR, "File Layout"). OpenEXR's C interface cannot be
+// used, because it would write one part after another. The header has the part number (multi-part
+// files only), the tile's coordinates and level, and the data's size. Returns the chunk's offset,
+// which is now reserved.
 uint64_t ExrWriter::Impl::put_chunk(int part, int tile_x, int tile_y,
                                     const std::vector<uint8_t>& chunk,
                                     std::vector<uint8_t>& bytes) {
@@ -505,7 +506,7 @@ void ExrWriter::set_attribute(const std::string& name, const std::string& value)
   Impl& self = *impl_;
   // An attribute is stored as its name, its type, the length of its value (four bytes,
   // little-endian) and its value; name and type end with a zero byte (OpenEXR, "File Layout"). Our
-  // values have no zero bytes, so this sequence occurs only once.
+  // values have no zero bytes, so `begin` occurs only once.
   const std::string begin = name + '\0' + "string" + '\0';
   const size_t at = self.header_bytes.find(begin);
   assert(at != std::string::npos && "an attribute of the header");

@@ -31,8 +31,8 @@ inline bool is_lossy(ExrCompression compression) { return compression >= ExrComp
 
 std::span<const NamedValue<ExrParts>> exr_parts_table();
 
-// Returns "albedo" for "albedo.R", "RGBA" for R, G, B and A, and any other name without a full stop
-// unchanged.
+// Returns the layer of a channel: "albedo" for "albedo.R", and "RGBA" for R, G, B and A. Any other
+// name without a full stop is a layer itself.
 std::string layer_of(const std::string& channel);
 // True if the channel is a colour for viewing, which lossy compression may blur. False for a count,
 // an id or data for computation.
@@ -51,8 +51,9 @@ struct ExrHeader {
   int tile_size = 64;         // tiles start at the data window's corner
   std::vector<PictureChannel> channels;
   ExrView view = {};
-  // Used for all parts. But if it is lossy, a part uses kZip instead if OpenEXR would treat one of
-  // its channels as colour or luminance by name although is_colour() is false for that channel.
+  // Used for all parts, with one exception: OpenEXR takes some channels for colour or luminance
+  // because of their names. If is_colour() is false for such a channel, its part uses kZip instead
+  // of a lossy compression.
   ExrCompression compression = ExrCompression::kZip;
   ExrParts parts = ExrParts::kOne;
   // String attributes, such as the settings, the versions, the seed and the command line.

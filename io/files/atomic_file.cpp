@@ -79,9 +79,9 @@ std::atomic<int> g_creation_count{0};
 std::atomic<bool> g_is_terminating{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 
-// Guards the creation of a file until the file has its slot. Otherwise a signal handler could end
-// the process before that and leave the file behind. Signals are blocked on this thread, because
-// the handler waits for this thread.
+// Guards the creation of a file until the file has its slot. A signal handler that ended the
+// process before then would leave the file behind, so it waits for all guards. Signals are blocked
+// on this thread, because a handler on this thread would wait for itself.
 class CreationGuard {
  public:
   CreationGuard() {

@@ -23,7 +23,7 @@ struct GltfOptions {
   // Gives every mesh tangents, so that SceneEdits can make any material anisotropic. Otherwise only
   // meshes whose materials need tangents get them.
   bool tangents = false;
-  // Includes all nodes, with their names and parents.
+  // Fills SceneDescription::nodes with all nodes of the file.
   bool nodes = false;
   // Referenced files must lie below this folder after links have been followed. If empty, the
   // scene's folder is used.
@@ -39,8 +39,8 @@ struct GltfOptions {
     double open = 0.0, close = 0.0;
   };
   std::optional<Shutter> shutter = {};
-  // For motion vectors without a shutter: also loads the positions this many seconds after `time`
-  // (NextFrameInstance).
+  // Also loads the positions this many seconds after `time` (NextFrameInstance), for motion vectors
+  // without a shutter.
   std::optional<double> next_frame = {};
 };
 
@@ -48,19 +48,21 @@ struct GltfOptions {
 // that the image needs is unusable. Examples are a file that is missing, truncated or not a glTF,
 // out-of-range indices, cyclic nodes, an unsupported extension in extensionsRequired, and a file
 // with only points, lines and broken geometry. Faults in unneeded parts cause warnings. A faulty
-// camera stores its error (CameraDescription::fault). If the scene shows nothing at this time, it
-// has no instances, and a warning says so. For an unknown animation, throws UsageError, which lists
-// the file's animations. Once `progress` is cancelled, throws Cancelled before any other error.
+// camera does not fail the load: its error is stored in CameraDescription::fault. If nothing is
+// visible at this time, the result has no instances, and a warning says so. For an unknown
+// animation, throws UsageError, which lists the file's animations. Once `progress` is cancelled,
+// throws Cancelled before any other error.
 //
-// Allocates no more memory than the file's size justifies, whatever counts the file states. The
-// result lists repairs and ignored features. Each of them causes one warning. Decodes images in
+// Allocates no more memory than the file's size justifies, even if the file declares huge counts.
+// The result lists repairs and ignored features. Each of them causes one warning. Decodes images in
 // parallel (TBB). Thread-safe, but must not be called from a log hook.
 SceneDescription load_gltf(const std::string& path, const GltfOptions& options,
                            LoadProgress& progress = LoadProgress::none());
 
 // An open file whose scene can be posed at several times. Everything that does not depend on time
-// is read, checked and decoded once and then kept: the document, the images, and the meshes without
-// their arrays. Buffers are kept as long as a mesh deforms. Not thread-safe.
+// is read, checked and decoded once and then kept: the document, the images, and the meshes (but
+// not their vertices and triangles). The file's buffers are kept only if a mesh deforms. Not
+// thread-safe.
 class GltfFile {
  public:
   // Ignores `animation`, `time` and `shutter`. Throws as load_gltf() does.
@@ -70,10 +72,11 @@ class GltfFile {
   GltfFile(const GltfFile&) = delete;
   GltfFile& operator=(const GltfFile&) = delete;
 
-  // Like load_gltf(), with the animation, time and shutter of `pose_options`. In addition, meshes
-  // that never deform have keys. If the caller still holds a mesh and lists its key in `held`
-  // (ascending), the mesh comes without arrays. Keys are valid for one animation. Throws as
-  // load_gltf() does. Even after an exception, later calls work.
+  // Like load_gltf(), with the animation, time and shutter of `pose_options`. In addition, each
+  // mesh that never deforms has a key. `held` (ascending) lists the keys of meshes that the caller
+  // still has from earlier poses. These meshes are returned without vertices and triangles. Keys
+  // are invalid for another animation. Throws as load_gltf() does. Even after an exception, later
+  // calls work.
   SceneDescription pose(const GltfOptions& pose_options, std::span<const uint64_t> held = {},
                         LoadProgress& progress = LoadProgress::none());
 

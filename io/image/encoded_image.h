@@ -26,8 +26,9 @@ struct ImageHeader {
   int64_t width = 0, height = 0;
   // Upper bound on the decoder's memory per pixel, in addition to the result.
   int decoder_bytes_per_pixel = 0;
-  uint64_t tile_bytes = 0;  // EXR: the memory of a thread that decodes: headers and a tile per part
-  int rows_per_block = 1;   // EXR without tiles: the number of rows that are compressed together
+  // EXR: memory of one decoding thread (headers, a tile of each part). KTX 2: decoder's memory.
+  uint64_t tile_bytes = 0;
+  int rows_per_block = 1;  // EXR without tiles: the number of rows that are compressed together
   // The orientation, as in TIFF and EXIF. 1: rows from the top; 2: mirrored; 3: rotated by 180
   // degrees; 4: rows from the bottom; 5 to 8: stored in columns instead of rows.
   int orientation = 1;

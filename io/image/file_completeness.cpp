@@ -190,7 +190,7 @@ bool is_complete_gif(const ByteSource& file) {
   while (!cursor.is_past_end()) {
     const uint8_t kind = cursor.byte();
     if (kind == ';') return cursor.offset() == file.size;
-    if (kind == ',') {  // an image: its palette, then the width of its codes
+    if (kind == ',') {  // an image: its palette, then the LZW code size
       cursor.skip(8);
       skip_colours(cursor.byte());
       cursor.skip(1);

@@ -16,8 +16,9 @@ inline constexpr const char* kCompleteAttribute = "emberline:complete";
 inline constexpr std::string_view kIncompleteComment = "emberline:complete=false";
 inline constexpr std::string_view kIncompletePngText("emberline:complete\0false", 24);
 
-// Does not read pixels. A picture without the mark counts as complete. Throws InputError for a
-// missing file, and for a file that is not recognised as EXR, PNG or JPEG.
+// Whether the file's mark (see above) says that the frame is unfinished. A picture without a mark
+// counts as finished. Does not read pixels. Throws InputError for a missing file, and for a file
+// that is not recognised as EXR, PNG or JPEG.
 bool is_unfinished_image(const std::string& path);
 
 // Returns the text attributes of an EXR's first header whose names begin with `prefix`. For any

@@ -249,8 +249,8 @@ class OpenImage {
     if (layout_.chromaticities) layout_.view.space = working_space_of(*layout_.chromaticities);
     const ImageLayout& s = layout_;
     check_size(s.width, s.height, place_);
-    // The decoder must have found the size that was checked. It may parse an ambiguous header
-    // differently.
+    // The decoder may parse an ambiguous header differently. Its size must be the one that was
+    // checked.
     if (format != ImageFormat::kTiff && (s.width != header_.width || s.height != header_.height)) {
       throw InputError(place_, std::string(kDecodeError) + "its header is ambiguous");
     }
@@ -357,8 +357,8 @@ DecodedImage decode_image(std::span<const uint8_t> encoded, const std::string& p
   image->channels = colour.end() - colour.first;
   image->type = texel_type(common_type(layout, colour.first, colour.end()));
   read_frame(input, colour.first, *image);
-  // The WebP reader (OpenImageIO 2.4) premultiplies in spite of the hint. EXR files are
-  // premultiplied by convention.
+  // The WebP reader (OpenImageIO 2.4) premultiplies although we ask for unassociated alpha. EXR
+  // files are premultiplied by convention.
   const bool has_alpha =
       colour.has_alpha || (layout.alpha_channel == image->channels - 1 && image->channels % 2 == 0);
   if (has_alpha && layout.premultiplied) unpremultiply(*image);

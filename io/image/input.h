@@ -77,14 +77,14 @@ class FloatImageRows {
   FloatImageRows(const FloatImageRows&) = delete;
   FloatImageRows& operator=(const FloatImageRows&) = delete;
 
-  // The image's description. It has no values.
+  // The image's description, with empty `values`.
   const FloatImage& image() const;
   ChannelType channel_type(size_t channel) const;
   // The header's text attributes that begin with "emberline" or "cryptomatte/".
   const std::vector<std::pair<std::string, std::string>>& text_attributes() const;
   const ExrView& view() const;
   int tile_size() const;  // the tiles' height; 64 for an image that is stored in rows
-  // The number of rows that read() reads must be a multiple of this, or all remaining rows.
+  // Each call of read() must ask for a multiple of this many rows, or for all remaining rows.
   int rows_at_once() const;
   // Reads the next `rows` rows, with interleaved channels. Throws InputError.
   void read(int rows, std::vector<float>& values);

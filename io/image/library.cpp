@@ -61,9 +61,10 @@ void check_address_space() {
   ::munmap(room, kRequiredBytes);
 }
 
-// Looks beside the binary that contains this code, then in up to three folders above it, since a
-// renderer library for one CPU architecture lies that much deeper (renderer/arches.cmake). Finally
-// looks in the program's ../lib. Returns an empty string if none of these folders has the library.
+// Looks in the folder of the binary that contains this code, then in up to three folders above it:
+// the binary may be a renderer library for one CPU architecture, which lies deeper
+// (renderer/arches.cmake). Finally looks in the program's ../lib. Returns an empty string if none
+// of these folders has the library.
 std::string find_bundled_library() {
   namespace fs = std::filesystem;
   std::error_code error;

@@ -1,8 +1,8 @@
 // Interface to OpenImageIO, for WebP and TIFF, and for writing GIF.
 //
 // OpenImageIO pulls in about 240 libraries, which take half a second of CPU time to load. Therefore
-// it is linked into a separate library (image/openimageio.cpp). That library is loaded when an
-// image of one of the other formats is used for the first time.
+// it is linked into a separate library (image/openimageio.cpp). That library is loaded when one of
+// these formats is used for the first time.
 #pragma once
 
 #include <cstddef>
@@ -43,7 +43,7 @@ struct ImageLayout {
   std::vector<std::pair<std::string, std::string>> text_attributes =
       {};                                             // EXR: our own text attributes
   std::vector<ImagePart> parts = {};                  // EXR: all parts, including unread ones
-  ExrView view = {};                                  // EXR: all members except `space`
+  ExrView view = {};                                  // EXR: the decoder sets all but `space`
   std::optional<Chromaticities> chromaticities = {};  // EXR: as stated in the header
 
   int channels() const { return int(channel_names.size()); }

@@ -36,7 +36,7 @@ class SchemaChecker {
 
   void check(Schema schema) {
     // Members that should be arrays are checked first. If one is not an array, the message for an
-    // index into it then names this cause, and does not say that the index is out of range.
+    // index into it can then name this cause, instead of an index that is out of range.
     for (const Property& property : schema) {
       if (property.on_fault != OnFault::kPerElement || property.essential || !root_.is_object())
         continue;

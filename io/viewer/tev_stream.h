@@ -21,9 +21,9 @@
 namespace emberline {
 
 // Connects and sends on its own thread. Unsent tiles wait in memory; for each rectangle, only the
-// newest pixels are kept. If rectangles do not overlap, at most one frame waits. If the viewer
-// keeps up, only a few tiles wait. If the viewer cannot be reached or is lost, logs one warning and
-// drops all tiles.
+// newest pixels are kept. If different rectangles do not overlap, the waiting tiles never exceed
+// one frame. If the viewer keeps up, only a few tiles wait. If the viewer cannot be reached or is
+// lost, logs one warning and drops all tiles.
 class TevStream {
  public:
   struct Image {

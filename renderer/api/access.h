@@ -48,7 +48,7 @@ struct Scene::State {
   std::unique_ptr<OpenScene> open;
 };
 
-// What a picture's file contains besides its pixels.
+// The contents of a picture's file other than its pixels.
 struct RenderedPicture::Record {
   OutputSettings output;
   SceneLayers layers;

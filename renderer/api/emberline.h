@@ -9,9 +9,10 @@
 //   const Picture picture = render(scene, settings);
 //
 // The same scene, edits and settings always give bit-identical pictures, whatever the number of
-// threads. The pictures are also bit-identical to those of the command. An object may be used by
-// one thread at a time; different objects, such as two scenes or two frames of one scene, may be
-// used concurrently. Errors are thrown and leave nothing changed.
+// threads. They are also bit-identical to the pictures of the program `emberline`, called "the
+// command" below. An object may be used by one thread at a time; different objects, such as two
+// scenes or two frames of one scene, may be used concurrently. A call that fails throws and changes
+// nothing.
 #pragma once
 
 #include <cstddef>
@@ -93,7 +94,7 @@ class EMBERLINE_API Settings {
   std::unique_ptr<State> state_;
 };
 
-// How much of the machine may be used. This does not affect a frame's pixels.
+// Limits on threads, memory and loading time. They do not affect a frame's pixels.
 struct Resources {
   int threads = 0;                       // at most 4096; 0: one per core
   std::optional<uint64_t> memory_bytes;  // for a scene and its frame; absent: the command's default
@@ -155,8 +156,8 @@ class EMBERLINE_API Scene {
     double duration = 0;  // seconds
   };
   std::vector<Animation> animations() const;
-  // Returns everything that can be edited, as edits that name every light, every material and the
-  // environment with the file's values. After edit() with this text, the scene is as in the file.
+  // Returns edits that name every light, every material and the environment, with the file's values
+  // for everything that can be edited. Calling edit() with this text restores the file's values.
   // Since 1.1.0.
   std::string editable() const;
   // Return the features of the file that are approximated or ignored, one line each.
@@ -181,7 +182,7 @@ struct Progress {
 };
 
 struct Picture {
-  int width = 0, height = 0;  // size of the rendered crop, or of the frame
+  int width = 0, height = 0;  // size of the rendered crop, or of the whole frame without a crop
   int x = 0, y = 0;           // top-left corner in the frame
   // "R", "G", "B", "A", "samples" and the channels of "aov", followed by the channels of other
   // settings. The names are those in the command's EXR: "light.NAME.R" (light-groups),
@@ -229,8 +230,9 @@ EMBERLINE_API Picture render(const Scene& scene, const Settings& settings,
                              const std::function<void(const Progress&)>& watch = {},
                              const std::stop_token& give_up = {});
 
-// Where a frame's checkpoint is saved. Another run can resume from the checkpoint, and then gets a
-// bit-identical picture. The format is that of the command (`--checkpoint`). Since 1.1.0.
+// The file in which a frame's checkpoint is saved. Another run can resume from the checkpoint, and
+// then gets a bit-identical picture. The format is that of the command (`--checkpoint`). Since
+// 1.1.0.
 struct RenderFiles {
   static RenderFiles none() { return {}; }
   // Throws UsageError for an empty name.
@@ -257,7 +259,7 @@ struct RenderFiles {
 // fingerprints. Throws InputError if they have changed since loading, or if the frame to resume
 // does not match (the message lists the differences). Throws UsageError if the file is not a
 // checkpoint or, without `resume`, belongs to another frame. Throws RenderError if the file cannot
-// be created. A failed save is logged as an error; if the frame is a part, it throws RenderError.
+// be created. A failed save is logged as an error, or throws RenderError if the frame is a part.
 // Only one call at a time may use the file. Since 1.1.0.
 EMBERLINE_API RenderedPicture render(const RenderFiles& files, const Scene& scene,
                                      const Settings& settings, const Resources& resources = {},
@@ -265,7 +267,7 @@ EMBERLINE_API RenderedPicture render(const RenderFiles& files, const Scene& scen
                                      const std::function<void(const Progress&)>& watch = {},
                                      const std::stop_token& give_up = {});
 
-// The names in the scene and the names' ids, for one of the kinds that "cryptomatte" lists.
+// The names in the scene and their ids, for one of the kinds that the setting "cryptomatte" lists.
 // Channels store the ids as the bits of floats. Since 1.1.0.
 struct MatteNames {
   std::string layer;  // for example "CryptoObject" for "CryptoObject00.R"
@@ -276,7 +278,7 @@ struct MatteNames {
 EMBERLINE_API std::vector<MatteNames> matte_names(const Scene& scene, const Settings& settings);
 
 // The contents of a checkpoint. Loading the scene with these settings reproduces the frame's scene,
-// except for edits that the program has made. Since 1.1.0.
+// except for edits made by Scene::edit(). Since 1.1.0.
 struct StoredFrame {
   std::string scene;  // path of the scene when the frame was rendered
   Settings settings;  // settings of the frame and of its scene
@@ -289,9 +291,9 @@ EMBERLINE_API StoredFrame stored_frame(const std::string& checkpoint);
 // or "max-spp", and optionally "time-limit". If all pixels have the same number of samples, the
 // result is bit-identical to a frame rendered in one go. An adaptive frame continues from its
 // state. Afterwards the checkpoint contains the larger frame. If the extension is stopped, the next
-// call resumes it from CHECKPOINT.next. Throws UsageError if `more` asks for less than the frame
-// has, or contains other settings; InputError if the checkpoint cannot be extended, is damaged or
-// belongs to another scene; and what render() throws. Since 1.1.0.
+// call resumes it from the file CHECKPOINT.next. Throws UsageError if `more` asks for less than the
+// frame has, or contains other settings; InputError if the checkpoint cannot be extended, is
+// damaged or belongs to another scene; and what render() throws. Since 1.1.0.
 EMBERLINE_API RenderedPicture extend(const std::string& checkpoint, const Scene& scene,
                                      const Settings& more, const Resources& resources = {},
                                      const std::stop_token& stop = {},
@@ -352,8 +354,7 @@ EMBERLINE_API std::vector<float> flip(const float* image, const float* reference
 // The options of `emberline study`, with the same names and texts. Since 1.1.0.
 class EMBERLINE_API StudyRequest {
  public:
-  // The study writes its results to the folder. If a study was stopped, it is resumed from the
-  // folder.
+  // The study writes its results to the folder. A stopped study is resumed from there.
   explicit StudyRequest(std::string folder);
   StudyRequest(const StudyRequest& other);
   StudyRequest(StudyRequest&& other) noexcept;

@@ -1,5 +1,5 @@
-// Assembles what the library needs for a frame: the options of the equivalent command, and the
-// lights and mattes of the scene as posed and edited.
+// Assembles what the library needs for a frame: the options of the equivalent `emberline render`
+// call, and the lights and mattes of the scene in its current pose and with its edits.
 #pragma once
 
 #include <optional>
@@ -31,7 +31,7 @@ struct FrameParts {
   Camera camera;
   std::optional<LightGroups> lights;
   std::optional<CryptomatteIds> mattes;
-  SceneParts scene_parts;  // refers to `lights` and `mattes`; also has the scene's roles
+  SceneParts scene_parts;  // refers to `lights`, `mattes` and the surface roles of the scene
   SceneLayers layers;
 };
 

@@ -18,8 +18,8 @@ class PictureSink : public RenderSink {
 
   void tile_finished(const FilmTile& tile) override;
 
-  // Call this once, after the last tile. Sums samples shared between neighbouring pixels, and
-  // denoises the picture if the settings ask for that. A stop request ends the denoising and leaves
+  // Call this once, after the last tile. Combines the samples that neighbouring pixels share, and
+  // denoises the picture if the settings ask for it. A stop request ends the denoising and leaves
   // the rest of the picture unfiltered. Uses the calling thread's TBB arena.
   Picture finish(const std::stop_token& stop);
 

@@ -61,8 +61,8 @@ void write_exr(const std::string& path, const Picture& picture) {
   write_exr_file(path, header, picture.values);
 }
 
-// What a PNG or JPEG shows: the layer whose R, G and B are used, whether alpha is included, and the
-// layer's colour space.
+// The contents of a PNG or JPEG: the layer whose R, G and B are shown, whether alpha is included,
+// and the layer's colour space.
 struct DisplayLayer {
   std::string layer = {};
   bool alpha = false;

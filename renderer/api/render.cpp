@@ -32,7 +32,7 @@ class FrameStop {
   FrameStop(const std::stop_token& stop, const std::stop_token& give_up)
       : by_caller_(stop, [this] { request_.request(PixelStop::kUser); }),
         by_abandonment_(give_up, [this] { request_.request(PixelStop::kUser); }) {}
-  // The time begins now. Call once.
+  // Starts the clock of the time limit. Call this once.
   void begin(const std::optional<TimeLimit>& limit) {
     if (!limit) return;
     clock_ = std::jthread([this, limit = *limit](const std::stop_token& thread_stop) {
@@ -107,8 +107,8 @@ class ProgressSink final : public PictureSink {
 };
 
 // Reserves the memory that a frame needs until its picture is finished. Throws InputError if the
-// frame exceeds the memory budget. (The error is not a UsageError, because the budget was set for
-// the scene and is not one of the frame's settings.)
+// frame exceeds the memory budget. It is not a UsageError, because the budget belongs to the scene
+// and not to the frame's settings.
 MemoryReservation reserve_memory(const RenderOptions& options, const OutputSettings& output,
                                  const SceneLayers& layers, const RenderPlan& plan, int threads,
                                  const LoadLimits& limits) {
@@ -127,9 +127,8 @@ MemoryReservation reserve_memory(const RenderOptions& options, const OutputSetti
   return memory;
 }
 
-// Checks the plan of the sample counts and opens the checkpoint, if any. Reads the scene's files
-// again for their fingerprints. Throws whatever reading the files, the check and opening the
-// checkpoint throw, and Cancelled after `give_up`.
+// Checks `sample_plan` and opens the checkpoint, if they exist. Reads the scene's files again for
+// their fingerprints. Throws the errors of these steps, and Cancelled after `give_up`.
 void open_checkpoint(const RenderOptions& options, const RenderPlan& plan,
                      const std::optional<SamplePlanFile>& sample_plan, const SceneLayers& layers,
                      const Access::SceneState& scene, uint64_t max_bytes,

@@ -68,7 +68,7 @@ Scene::State::State(const std::string& path, const Settings& initial_settings,
   build.editable = true;
   LoadProgress progress({}, stop, limits);
   FrameSettings load_settings = settings;
-  load_settings.light_groups = false;  // groups depend on edits, so each frame has its own
+  load_settings.light_groups = false;  // each frame creates them, because they depend on edits
   files = LoadedFiles(settings, progress);
   tbb::task_arena(arena_threads(resources)).execute([&] {
     ReadScene read(load_settings, load_edits(settings, progress),

@@ -75,7 +75,8 @@ PrepareOptions prepare_options(const RenderOptions& options, const AovSet& aovs,
           .sample_plan = sample_plan ? sample_plan->plan() : nullptr};
 }
 
-// Layers for compositing may be noisier than the picture, which alone is judged by default.
+// By default, the noise threshold applies only to the picture (R G B). Layers for compositing may
+// then be noisier.
 void suggest_judging(const RenderOptions& options) {
   const bool has_layers = options.light_groups || has_catchers(options);
   if (!options.noise_threshold || !options.judge.empty() || !has_layers ||
@@ -130,7 +131,7 @@ void CommandFrame::open_outputs() {
   check_overwrite(checkpoint, head);
 }
 
-// Counts the memory of --reference as part of the frame and not of the scene.
+// Reserves the memory of --reference for this frame, apart from that of the run's scene.
 void CommandFrame::open_snapshots() {
   LoadLimits limits = run_.limits;
   limits.memory = run_.limits.memory->child_budget();
@@ -197,25 +198,26 @@ void CommandFrame::on_picture_changed(const JobProgress& now, const LivePicture&
   if (checkpoint_.is_due()) checkpoint_.save(*job_);
 }
 
-// A forecast takes as long as planning a round, so further ones follow only under a threshold,
-// where they correct the number of samples, and each at twice the time of the one before.
+// A forecast takes as long as planning a round, so there are few. Only a frame with a noise
+// threshold gets more than one, because later forecasts correct its number of samples. Each
+// forecast follows at twice the time of the one before.
 bool CommandFrame::is_forecast_due(double elapsed_s) const {
   if (report_.resumed_samples > 0) return false;
   return !report_.forecast || (options_.noise_threshold && elapsed_s >= 2 * forecast_at_s_);
 }
 
-// The report keeps the first forecast. Later forecasts correct the progress, and are logged if they
-// are outside the interval that was logged before.
+// The report keeps the first forecast. A later forecast corrects the progress display. It is logged
+// only if it is outside the interval that was last logged.
 void CommandFrame::update_forecast(double elapsed_s) {
   const std::optional<WorkForecast> work = job_->forecast();
   if (!work) return;
-  // The time that the rest of the frame takes, over the time that its counted work suggests
-  // (tests/bench/results/adaptive.md). With a threshold it is longer, because the pilot has missed
-  // glints.
+  // The measured time for the rest of the frame, divided by the time that its amount of work
+  // suggests: typical, least and most (tests/bench/results/adaptive.md). With a threshold the
+  // ratios are higher, because the first samples have missed glints.
   const bool by_threshold = options_.noise_threshold.has_value();
   const double middle = by_threshold ? 1.4 : 0.95, least = by_threshold ? 0.8 : 0.7,
                most = by_threshold ? 4.0 : 1.3;
-  constexpr double kShort_s = 5;  // too short for a line in the log
+  constexpr double kShort_s = 5;  // shorter forecasts are logged only with --verbose
   const double left_s = elapsed_s * (work->work - 1);
   const ForecastReport f = {elapsed_s, elapsed_s + middle * left_s, elapsed_s + least * left_s,
                             elapsed_s + most * left_s, work->samples / double(plan_.crop.area())};
@@ -246,8 +248,8 @@ void CommandFrame::resume() {
 }
 
 // Returns the time after which a frame with --resume must stop, so that its checkpoint can be saved
-// before the Slurm job ends. A frame that stops then counts as unfinished, so that Slurm does not
-// take it for done.
+// before the Slurm job ends. A frame that is stopped for this reason counts as unfinished, so that
+// Slurm does not consider it done.
 std::optional<double> CommandFrame::allotted_seconds() const {
   if (!options_.resume) return std::nullopt;
   const std::optional<double> seconds = slurm_seconds_left();
@@ -267,7 +269,8 @@ void CommandFrame::render() {
   if (!run_.graceful) run_.graceful.emplace();
   clock_.emplace();
   run_.arena->execute([&] {
-    // For planned frames, the finished buckets tell the progress; for others, the time.
+    // With a sample plan or a time budget, the number of samples is not known. The finished buckets
+    // or the elapsed time then show the progress.
     const bool is_count_known = !sample_plan_ && plan_.time_budget_s == 0;
     const uint64_t samples_per_pixel = is_count_known ? plan_.samples_per_pixel : 0;
     ProgressDisplay progress(
@@ -394,8 +397,8 @@ void CommandFrame::report_holes() const {
 int CommandFrame::exit_code() const {
   if (!report_.failed_outputs.empty()) return kExitRenderFailed;
   if (!unfinished()) return kExitDone;
-  // If the caller can resume the frame, it must learn that the frame is unfinished. Otherwise a
-  // frame that reaches its time limit counts as done.
+  // A caller that can resume the frame must learn that it is unfinished. Any other frame that
+  // reaches its time limit counts as done.
   const bool is_resumable = options_.resume || is_part(options_) || denoising_stopped_;
   if (is_resumable || stop_.cause() == PixelStop::kUser) return kExitStopped;
   return options_.strict && has_holes() ? kExitRenderFailed : kExitDone;

@@ -1,5 +1,6 @@
 // Renders one frame: checks the frame's options, renders the frame and writes its files and report.
-// The functions must be called in the order in which they are declared.
+// Call the functions of CommandFrame in the order of their declaration; replay() replaces those
+// after it.
 #pragma once
 
 #include <memory>
@@ -38,8 +39,9 @@ class CommandFrame {
   void render();
   void write();
   int report();  // returns the exit code
-  // Call instead of write() and report(). Writes the plan of the frame `planned`, of which this
-  // frame is the pilot. Returns the exit code, which is kExitStopped if the pilot was stopped.
+  // For a pilot: called instead of write() and report(). A pilot is a cheap frame that measures the
+  // noise of the frame `planned`. Writes the sample counts for that frame to `path`. Returns the
+  // exit code, which is kExitStopped if the pilot was stopped.
   int write_plan(const RenderOptions& planned, const std::string& path);
 
   const RenderReport& result() const { return report_; }  // valid after report()
@@ -56,7 +58,7 @@ class CommandFrame {
   void on_picture_changed(const JobProgress& now, const LivePicture& picture);
   bool is_forecast_due(double elapsed_s) const;
   void update_forecast(double elapsed_s);
-  // Whether a bucket driver was stopped early, so that pixels without samples are written as black.
+  // Whether a stopped bucket driver left pixels without samples, which are written as black.
   bool has_holes() const;
   void report_holes() const;
   int exit_code() const;
@@ -90,8 +92,8 @@ class CommandFrame {
   FrameCheckpoint checkpoint_;
   std::optional<RenderClock> clock_;
   std::optional<ForecastReport> logged_forecast_;
-  std::optional<double> expected_s_;  // rendering time by the latest forecast
-  double forecast_at_s_ = 0;          // when that was made
+  std::optional<double> expected_s_;  // total rendering time, by the latest forecast
+  double forecast_at_s_ = 0;          // rendering time when that forecast was made
   WriteAttempts attempts_, snapshot_attempts_;
 };
 

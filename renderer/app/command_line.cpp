@@ -177,7 +177,6 @@ void print_welcome() {
       stderr);
 }
 
-// Adds the options that every command has.
 void add_help_flags(CLI::App& app) {
   describe(app.set_help_flag("-h,--help"),
            {.section = HelpSection::kGeneral, .full = "Show the common options."});

@@ -210,7 +210,6 @@ void add_live_options(CLI::App* app, RenderOptions& o,
   add_display_options(app, o.display);
 }
 
-// Adds the options that concern the window itself.
 void add_window_options(CLI::App* app, ViewOptions& o) {
   add_parsed(app, "--window", "WxH",
              {.section = H::kWindow,

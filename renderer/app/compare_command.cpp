@@ -106,11 +106,11 @@ void write_difference_exr(const CompareOptions& options, const RgbImage& image,
 struct ComparedFrame {
   RgbFile image;
   RgbImage reference;
-  PixelMotion motion;  // the reference's, if it has one for the same pixels
+  PixelMotion motion;  // the reference's motion if it covers these pixels, else the image's
   ErrorMetrics metrics;
 };
 
-// `explains` says what is measured, in the log.
+// If `explains` is set, logs what is measured.
 ComparedFrame compare_frame(const CompareOptions& options, bool explains, bool reads_motion,
                             const LoadProgress& progress) {
   LayerChoice choice = {
@@ -171,7 +171,7 @@ double value_of(const SequenceRow& row, const char* metric) {
   return value.is_number() ? value.get<double>() : ErrorMetrics::kNone;
 }
 
-// Returns the numbers of the frames that both sequences have. The log names the others.
+// Returns the numbers of the frames that both sequences have. Logs the frames without a reference.
 std::vector<int> frames_to_compare(const CompareOptions& options) {
   std::vector<int> frames = existing_frames(options.image);
   if (!is_sequence(options.reference)) return frames;
@@ -261,7 +261,8 @@ std::vector<SequenceRow> compare_frames(const CompareOptions& options,
   return rows;
 }
 
-// Returns the median, the mean and the largest value of a metric, of the frames that have one.
+// Returns the median, mean and largest value of a metric over the frames that have it, or null if
+// no frame has it.
 Json summary_of(const std::vector<SequenceRow>& rows, const char* metric) {
   std::vector<double> values;
   for (const SequenceRow& row : rows) {

@@ -45,7 +45,7 @@ class InputRows {
     }
     find_channels();
   }
-  // Reads these channels. Before read() is called, missing() must be empty.
+  // Reads only `channels`. read() may be called only if missing(channels) is empty.
   InputRows(const std::string& path, const LoadProgress& progress,
             std::vector<std::string> channels)
       : path_(path), file_(path, progress), channels_(std::move(channels)) {
@@ -68,8 +68,7 @@ class InputRows {
             [this](const Rect& rows, std::vector<float>& pixels) { read(rows.height(), pixels); }};
   }
 
-  // Sets the storage options (parts, compression, half floats) to those that the frame's header
-  // names.
+  // Sets the storage options (parts, compression, half floats) that the frame's header records.
   static void restore_storage(ExrHeader& header) {
     std::vector<std::string> half;
     for (const auto& [name, text] : header.attributes) {
@@ -104,7 +103,7 @@ class InputRows {
     }
   }
 
-  // `frames` lists the frames that were combined; empty if it is only this one.
+  // `frames` lists the frames that were combined. It is empty if this frame was denoised alone.
   ExrHeader header(const std::string& frames) const {
     const FloatImage& image = file_.image();
     ExrHeader header = {.width = image.frame_width,
@@ -205,8 +204,8 @@ class Results {
   std::vector<std::unique_ptr<DisplayImageWriter>> images_;
 };
 
-// The frames of a sequence, while they are denoised one after another. A neighbour is decoded once
-// and kept in a scratch file for the frames after it.
+// The frames of a sequence, which are denoised one after another. Each neighbour is decoded once
+// and kept in a scratch file, because later frames use it too.
 class Sequence {
  public:
   // `options` must outlive the sequence.
@@ -215,9 +214,9 @@ class Sequence {
 
   const std::vector<int>& numbers() const { return numbers_; }  // of all existing frames
 
-  // Reads the neighbours of a frame that exist and fit, those of the same distance together. Names
-  // the others in the log. The result is valid until the next call. Scratch files are created
-  // beside `output`.
+  // Returns the neighbours of a frame, nearest first. On each side, stops at the first frame that
+  // is missing or does not fit. If there are fewer neighbours than requested, logs which frames are
+  // combined. The result is valid until the next call. Scratch files are created beside `output`.
   std::vector<DenoiseNeighbour> neighbours_of(int number, const InputRows& frame,
                                               const std::string& output,
                                               const LoadProgress& progress) {
@@ -252,12 +251,13 @@ class Sequence {
 
  private:
   struct Decoded {
-    FloatImage image;  // without values
+    FloatImage image;  // without pixel values
     std::vector<std::string> channels;
     std::unique_ptr<PixelSpool> rows;
   };
 
-  // Returns false if there is no such frame, or, with a warning, if it does not fit.
+  // Reads a neighbour into decoded_. Returns false if it does not exist or, with a warning, if it
+  // does not fit the frame.
   bool decode(int number, const InputRows& frame, const std::string& output,
               const LoadProgress& progress) {
     if (!std::ranges::binary_search(numbers_, number) || unreadable_.contains(number)) return false;

@@ -26,18 +26,19 @@ std::string format_frames(std::span<const int> frames);
 // "shot.0007.exr" for frame 7, "shot.-007.exr" for -7 and "shot.12345.exr" for 12345.
 bool has_frame_number(std::string_view name);
 std::string expand_frame_number(std::string_view name, int frame);
-// Throws UsageError, with an example, if the name has no frame number. `frames` names the frames
-// that would all be written to the file, such as "--frames".
+// Throws UsageError, with an example, if the name has no frame number. `frames` is the option that
+// requests several frames, such as "--frames".
 void check_frame_number(std::string_view option, const std::string& path, std::string_view frames);
-// Returns whether the name has a frame number, unless a file has exactly this name.
+// Whether the name stands for several frames: it has a frame number, and no file has exactly this
+// name.
 bool is_sequence(const std::string& name);
-// Returns the numbers of the existing files with such a name, in ascending order. Throws UsageError
-// if a folder in the name has a frame number, and InputError if there is no such file or if there
-// are too many.
+// Returns the frame numbers of the existing files of this sequence, in ascending order. Throws
+// UsageError if a folder in the name has a frame number, and InputError if there are no files or
+// too many.
 std::vector<int> existing_frames(const std::string& name);
 
-// Throws RenderError if an output folder is not writable or --save-settings cannot be written,
-// because then every frame would fail. `first` is the number of the first frame. Does not check
+// Throws RenderError if every frame would fail, because an output folder is not writable or
+// --save-settings cannot be written. `first` is the number of the first frame. Does not check
 // folders that have a frame number in their names.
 void check_output_folders(const RenderOptions& options, int first);
 

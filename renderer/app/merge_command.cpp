@@ -34,7 +34,7 @@ RenderOptions merged_options(const MergeOptions& merge, const FrameMerge& frame)
   return options;
 }
 
-// Fills in the report. Call after deliver().
+// Fills in the report. Call after FrameMerge::deliver().
 void describe_merge(const FrameMerge& frame, const RenderOptions& options, RenderReport& report) {
   report.counters = frame.counters();
   report.unsampled_pixels = frame.unsampled_pixels();

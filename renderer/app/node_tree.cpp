@@ -28,7 +28,7 @@ class NodeTree {
   std::string text() const;
 
  private:
-  // The roots are treated as children of an extra entry after the last node.
+  // Treats the roots as children of an extra node, whose index is nodes_.size().
   size_t parent_of(size_t node) const {
     return nodes_[node].parent < 0 ? nodes_.size() : size_t(nodes_[node].parent);
   }

@@ -12,14 +12,16 @@
 namespace emberline {
 namespace {
 
-// The pilot takes this fraction of the frame's samples, but at least kMinPilotSamples per pixel.
+// The pilot, a cheap frame that measures the noise, takes 1 / kPilotFraction of the frame's
+// samples, but at least kMinPilotSamples per pixel.
 constexpr uint32_t kPilotFraction = 8, kMinPilotSamples = 16;
-// Keeps the samples of the pilot apart from those of the frame. As the counts then do not depend on
-// the frame's samples, the frame is unbiased (Kirk & Arvo 1991, "Unbiased Sampling Techniques for
-// Image Synthesis").
+// Gives the pilot other samples than the frame. The sample counts then do not depend on the frame's
+// own samples, so the frame is unbiased (Kirk & Arvo 1991, "Unbiased Sampling Techniques for Image
+// Synthesis").
 constexpr uint32_t kPilotSeed = 0x9170u;
 
-// Returns the options of the adaptive frame whose estimates decide the counts.
+// Returns the options of the pilot: an adaptive frame whose error estimates decide the sample
+// counts.
 RenderOptions pilot_of(const RenderOptions& planned) {
   RenderOptions pilot = planned;
   pilot.seed = hash_combine(planned.seed, kPilotSeed);
@@ -30,7 +32,7 @@ RenderOptions pilot_of(const RenderOptions& planned) {
   // The variance of a mean is inversely proportional to the number of samples.
   const float scale = std::sqrt(float(kPilotFraction));
   if (planned.noise_threshold) pilot.noise_threshold = *planned.noise_threshold * scale;
-  // Only judged layers are needed.
+  // The pilot needs only the layers that `judge` names.
   std::vector<JudgedChannel> judged = judged_channels_of(planned);
   pilot.denoise = pilot.light_groups = false;
   pilot.aovs.clear();
@@ -52,14 +54,16 @@ RenderOptions pilot_of(const RenderOptions& planned) {
 
 int run_plan(const PlanOptions& options) {
   RenderOptions planned = options.frame;
-  // A settings file may have these. They limit a run, or name the file that is written here.
+  // Ignores these settings, which a settings file may contain: they limit a run or name the plan
+  // that is written here.
   planned.plan.clear();
   planned.time_limit_s.reset();
   planned.time_budget_s.reset();
   planned.part.reset();
   planned.sample_range.reset();
   if (options.output.empty()) throw UsageError("plan needs an output: -o FILE.plan");
-  // The rules of the setting `plan` say which frames can be planned. The frame will have an EXR.
+  // The rules of the setting `plan` say which frames can be planned. The frame's outputs are not
+  // known yet, so an EXR is assumed.
   RenderOptions checked = planned;
   checked.plan = options.output;
   checked.outputs = {"frame.exr"};

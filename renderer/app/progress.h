@@ -19,8 +19,8 @@
 namespace emberline {
 
 // Shows the progress on its own thread. If a stop signal arrives or a time limit ends, this thread
-// requests a stop. `limit` is the time limit of the frame. `allotted_s` is the time that
-// this process has left (process_usage.h); when it ends, the frame counts as stopped by the user.
+// requests a stop. `limit` is the time limit of the frame. `allotted_s` is the time that this
+// process has left (process_usage.h); when this time ends, the frame counts as stopped by the user.
 // `label` precedes every line. If `file` is not null, it reports the same progress during the
 // lifetime of this object.
 class ProgressDisplay {

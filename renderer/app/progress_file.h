@@ -11,7 +11,6 @@
 
 namespace emberline {
 
-// The progress of a frame.
 struct RenderProgress {
   double done = 0;  // fraction of the whole, 0 to 1; 0 if unknown
   uint64_t samples = 0;
@@ -34,7 +33,8 @@ bool is_foreign_file(const std::string& path);
 // "pid", "written"}. Uses its own thread, so that a slow disk delays nothing else. `state` is
 // running, done, stopped or failed; `written` is this machine's time in UTC. Only the first failed
 // write causes a warning. For a range, the values cover the whole range, and "frame" describes the
-// current frame: {"number", "index", "count", "done"}. Skipped frames do not affect the time left.
+// current frame: {"number", "index", "count", "done"}. The time left is computed from rendered
+// frames only, not from skipped ones.
 class ProgressFile {
  public:
   explicit ProgressFile(const std::string& path);
@@ -60,7 +60,7 @@ class ProgressFile {
   std::condition_variable wake_;
   std::function<RenderProgress()> source_;
   RenderProgress current_;         // progress of the current frame
-  RenderProgress earlier_frames_;  // sums of earlier frames; `done` counts the rendered frames
+  RenderProgress earlier_frames_;  // sums over earlier frames; `done` counts the rendered ones
   std::optional<FramePosition> position_;
   const char* state_ = "running";
   bool is_finishing_ = false;

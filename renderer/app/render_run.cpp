@@ -103,13 +103,12 @@ RenderRun::RenderRun(const RenderOptions& options)
 }
 
 void RenderRun::begin() {
-  // Does not overwrite another program's file before the scene is read, because the scene may use
-  // that file.
+  // A file at this path that another program wrote may belong to the scene. So it is not
+  // overwritten before the scene is read.
   if (progress_file || !is_foreign_file(options_.progress_file)) begin_progress();
   if (workers) return;
   workers.emplace(options_.threads);
-  // Creates an arena. WorkerThreads only sets an upper limit, so without the arena there would be
-  // no more threads than cores.
+  // The arena allows more threads than cores; WorkerThreads only sets an upper limit.
   arena.emplace(workers->count());
 }
 

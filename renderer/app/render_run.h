@@ -38,7 +38,7 @@ struct ScenePose {
   WorldBounds bounds;          // for a turntable
 };
 
-// The scene of a frame that has been read but not built yet.
+// A frame's scene, read but not yet built.
 struct ReadPose {
   ScenePose pose;
   std::optional<ReadScene> read;  // absent: the run's scene is already in that pose
@@ -93,11 +93,11 @@ class RenderRun {
   // Runs one frame or a range. `options` must outlive it.
   explicit RenderRun(const RenderOptions& options);
 
-  // Each frame calls this after its options are checked, so that invalid options leave no files
+  // Each frame calls this after it has checked its options, so that invalid options leave no files
   // behind. The first call starts the threads and the progress file.
   void begin();
-  // Call after the scene's files are known and registered, so that the progress file cannot
-  // overwrite one of them.
+  // Call after the scene's files are registered, so that the progress file cannot overwrite one of
+  // them.
   void on_scene_read();
   // Saves the settings once, when the first frame begins to render.
   void save_settings();
@@ -117,8 +117,8 @@ class RenderRun {
   std::optional<ProgressFile> progress_file;
   std::optional<WorkerThreads> workers;
   std::optional<tbb::task_arena> arena;
-  // Set when the first frame starts to render. From then on, after a first stop signal, the current
-  // frame is still written.
+  // Set when the first frame starts to render. From then on, the current frame is still written
+  // after a first stop signal.
   std::optional<GracefulStop> graceful;
   RunScene scene;
 

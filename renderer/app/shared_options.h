@@ -35,12 +35,12 @@ std::string table_lines(const Table& table) {
 // Stores the help in the option; manual/command_help.cpp reads it from there.
 CLI::Option* describe(CLI::Option* option, const OptionText& text, const std::string& lines = "");
 
-// Appends the rules, a text from rules_of(), to the option's full help, as one sentence for each
-// rule.
+// Appends rules to the option's full help, one sentence for each rule. `rules` is a text from
+// rules_of().
 void add_rules(CLI::Option* option, std::string_view rules);
 
-// Adds an option. `read` parses its value and returns false if the value is not `what`, such as "a
-// number above 0".
+// Adds an option. `read` parses the value, and returns false if it is invalid. `what` describes
+// valid values, such as "a number above 0".
 CLI::Option* add_parsed(CLI::App* app, const std::string& name, const std::string& type,
                         const OptionText& text, const std::string& what,
                         const std::function<bool(const std::string& text)>& read);

@@ -10,9 +10,9 @@ namespace emberline {
 // "> file" must not look like success.
 void print_result(std::string_view text);
 
-// Opens /dev/null for standard streams that are closed. Call it before any file is opened;
-// otherwise a file could get descriptor 2 and receive the log. Writing a result to a closed
-// standard output is still an error.
+// Opens /dev/null for standard streams that are closed. Call this before any file is opened.
+// Otherwise a file could get descriptor 2, and the log would be written to it. Writing a result to
+// a closed standard output is still an error.
 void replace_closed_streams();
 
 }  // namespace emberline

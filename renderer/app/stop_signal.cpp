@@ -11,8 +11,8 @@
 namespace emberline {
 namespace {
 
-// These are atomic because the handler may run on any thread while other threads read them. They
-// must be lock-free, because a signal handler must not lock.
+// Atomic, because the handler may run on any thread while other threads read these variables.
+// Lock-free, because a signal handler must not lock.
 std::atomic<int> g_signal_count{0};
 std::atomic<int> g_is_graceful{0};
 std::atomic<int> g_checkpoint_requested{0};

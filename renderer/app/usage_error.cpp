@@ -69,7 +69,7 @@ void throw_usage(const CLI::App& root, const CLI::ParseError& error) {
   const CLI::App* app = &root;
   while (!app->get_subcommands().empty()) app = app->get_subcommands().back();
   const std::string what = error.what();
-  // If a required argument is missing, the reason may be a mistyped option.
+  // A mistyped option may be the reason why a required argument is missing.
   const bool extras = dynamic_cast<const CLI::ExtrasError*>(&error) ||
                       dynamic_cast<const CLI::RequiredError*>(&error);
   if (extras && !app->remaining().empty()) {

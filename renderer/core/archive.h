@@ -54,8 +54,8 @@ class Archive {
   template <typename T>
   requires std::is_trivially_copyable_v<T>
   void values(std::span<T> values) { bytes(values.data(), values.size_bytes()); }
-  // Saves or loads an array that is empty or has exactly `size` elements. Arrays of floating-point
-  // numbers must not contain NaN; if the elements are structs, the caller must check them.
+  // Saves or loads an array that is empty or has exactly `size` elements. Floating-point elements
+  // must not be NaN. If the elements are structs, the caller must check their members.
   template <typename T>
   requires std::is_trivially_copyable_v<T>
   void array(std::vector<T>& values, size_t size) {

@@ -21,9 +21,9 @@ inline int select(bool c, int a, int b) {
   return (a & mask) | (b & ~mask);
 }
 
-// Computes sin and cos of 2 pi u for u in [0, 1], with an error of 1e-7. As u is in turns, the
-// reduction to [-pi/4, pi/4] is exact, and a short Taylor series is enough there. This takes 3 ns;
-// sincosf takes 11 ns.
+// Computes sin and cos of 2 pi u for u in [0, 1], with an error of 1e-7. Because u counts full
+// turns, reducing the angle to [-pi/4, pi/4] is exact. A short Taylor series is accurate enough
+// there. This takes 3 ns; sincosf takes 11 ns.
 [[gnu::always_inline]] inline void sincos_turns(float u, float* sine, float* cosine) {
   const float quarter = std::nearbyint(4.0f * u);
   const float x = std::fma(4.0f, u, -quarter) * (0.5f * kPi);

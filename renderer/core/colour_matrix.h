@@ -22,8 +22,8 @@ inline Rgb converted(const ToWorkingSpace& matrix, const Rgb& c) {
   return matrix ? *matrix * c : c;
 }
 
-// `shares` are factors over time for the channels of `colour`. Returns the corresponding factors
-// for the channels of the converted colour.
+// `shares` scales each channel of `colour` over time. Returns the factors that scale the converted
+// colour in the same way.
 inline std::shared_ptr<const TimeCurve<Rgb>> converted(
     const ToWorkingSpace& matrix, const std::shared_ptr<const TimeCurve<Rgb>>& shares,
     const Rgb& colour) {

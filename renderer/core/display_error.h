@@ -12,9 +12,9 @@ namespace emberline {
 inline float display_value(float linear) {
   constexpr float kLinearLimit = 0.0031308f;  // below this the curve is linear
   const float x = linear > 0.0f ? std::min(linear, 1.0f) : 0.0f;
-  // The curve is nearly straight as a function of t = 1 - x^(1/4), and is computed as 1 + t q(t),
-  // which is exact at white. The polynomial q interpolates the curve with an error of 3e-7, at the
-  // Chebyshev nodes of [0, 1 - kLinearLimit^(1/4)].
+  // The curve is nearly straight as a function of t = 1 - x^(1/4), and is computed as 1 + t q(t).
+  // This form is exact at white. The polynomial q interpolates the curve with an error of 3e-7, at
+  // the Chebyshev nodes of [0, 1 - kLinearLimit^(1/4)].
   const float t = 1.0f - std::sqrt(std::sqrt(x));
   float q = 0.0528659709f;
   q = q * t - 0.0934508964f;
@@ -31,7 +31,8 @@ inline constexpr float kMinDisplaySlope = 0.02f;
 
 // Returns the weight that converts a squared error of linear radiance to a squared error of the
 // displayed value. The weight is the squared slope of display_value() over the interval mean +-
-// deviation. The width of this interval distinguishes clipped white from noise near white.
+// deviation. The interval matters near white: where noise merely raises the mean above 1, part of
+// the interval is below 1, and the weight is not 0.
 //
 // The weight is at least min_slope^2, so that every pixel counts. This minimum is reduced where the
 // displayed squared error would otherwise exceed 1/4, the largest variance of a value in [0, 1].

@@ -1,5 +1,5 @@
-// Errors that a user can cause, with one exception type per exit code. They are thrown only at load
-// and I/O boundaries and while options are read; hot code does not throw.
+// Errors that a user can cause, with one exception type per exit code. They are thrown only by code
+// that loads scenes, reads or writes files, or parses options; hot code does not throw.
 //
 // Every message is one line that says what is wrong, where it is wrong (file, JSON pointer), and
 // what the user can do. Write setting names in backticks (setting_names.h), and pass names and
@@ -57,8 +57,7 @@ struct InputError : EmberlineError {
                    fmt::format(message, std::forward<First>(first), std::forward<Rest>(rest)...)) {}
 };
 
-// The load as a whole exceeded a limit. Code that skips a broken object and goes on must not catch
-// this.
+// The load as a whole exceeded a limit, so code that skips broken objects must not catch this.
 struct LimitError : InputError {
   using InputError::InputError;
 };

@@ -1,6 +1,6 @@
 // A scope guard that makes the current thread flush denormals to zero, since arithmetic on
-// denormals is many times slower. Render workers use it, and so does all code that resolves a film
-// to pixels. Therefore pixels do not depend on the driver.
+// denormals is many times slower. Render workers and all code that computes pixels from a film use
+// it, so that pixels do not depend on the driver.
 #pragma once
 
 #if defined(__x86_64__) || defined(_M_X64)

@@ -1,5 +1,5 @@
-// Integer hashes. Every seed is computed with them, so that samplers never see raw indices, which
-// are correlated. Each hash is bijective or mixes well.
+// Integer hashes. Every seed is computed with them, because raw indices would give correlated
+// samples. Each hash is bijective or mixes well.
 #pragma once
 
 #include <bit>

@@ -17,8 +17,8 @@ struct StageInfo {
   double end;    // fraction of the load that is complete when the stage ends
 };
 
-// We chose the fractions so that a progress bar moves evenly if images take most of the time, as
-// they do in most files.
+// We chose the fractions so that a progress bar moves evenly for most files, in which images take
+// most of the time.
 constexpr StageInfo kStages[] = {
     {"reading", false, 0.1},     {"meshes", true, 0.25}, {"images", true, 0.6},
     {"environment", false, 0.7}, {"BVH", false, 0.9},    {"lights", false, 1.0},

@@ -19,7 +19,8 @@ void set_log_level(LogLevel level);
 LogLevel log_level();
 
 void log_error(std::string_view message);  // always shown: "emberline: error: ..."
-// Warnings are not shown with --quiet. Each
+// Not shown with --quiet. Each distinct warning is shown once (see also truncate_warnings()). After
+// a hundred warnings, one last line says that there are more.
 void log_warning(std::string_view message);
 void log_info(std::string_view message);     // not shown with --quiet
 void log_verbose(std::string_view message);  // shown only with --verbose

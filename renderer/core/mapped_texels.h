@@ -1,5 +1,5 @@
-// The texels of one image, which are in a memory-mapped file (io/image/texture_store.h), and their
-// order in that file.
+// The texels of one image in a memory-mapped file (io/image/texture_store.h), and their order in
+// that file.
 //
 // The image is stored as tiles of kTileSide x kTileSide texels, row by row, so that a page of
 // memory holds texels that are used together. With 4-byte texels, a tile takes one page, whereas a

@@ -1,6 +1,6 @@
-// The memory budget of a run. Code that allocates memory because of a file or an option first
-// reserves the size that the file's header or the option declares. Therefore a small file that
-// expands to gigabytes is rejected before anything is allocated.
+// The memory budget of a run. If a file or an option determines the size of an allocation, code
+// first reserves the size that the file's header or the option declares. Therefore a small file
+// that expands to gigabytes is rejected before anything is allocated.
 //
 // Loading code gets the budget from LoadProgress::budget(). Memory stays reserved until release()
 // or until the budget is destroyed.

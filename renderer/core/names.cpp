@@ -53,8 +53,8 @@ double dissimilarity(std::string_view a, std::string_view b) {
   constexpr size_t kMinCommonRun = 3;  // letters; shorter runs match by chance
   const double longest = double(std::max<size_t>({a.size(), b.size(), 1}));
   const double edits = double(edit_distance(a, b));
-  // If most of the shorter word occurs in the longer one, edits weigh only a third as much. We
-  // chose this factor.
+  // If most of the shorter word occurs in the longer one, edits weigh only a third as much (a
+  // factor that we chose).
   const size_t run = longest_common_run(a, b), shorter = std::min(a.size(), b.size());
   if (run >= kMinCommonRun && 4 * run >= 3 * shorter) return edits / 3 / longest;
   return edits / longest;

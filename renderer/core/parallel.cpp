@@ -1,9 +1,10 @@
 // Tells ThreadSanitizer about the order that TBB's loops impose: code before a loop happens before
-// the loop's body, and the body happens before the code after the loop. TBB ensures this inside its
-// library, which distributions do not instrument, so ThreadSanitizer would report every loop as a
-// race. Suppressions would also hide real races, since all our threads are TBB's. Therefore only
-// this file instantiates TBB's templates; this file is not instrumented
-// (renderer/core/CMakeLists.txt) and declares the order explicitly.
+// the loop's body, and the body happens before the code after the loop. The synchronisation is
+// inside the TBB library, which distributions ship without instrumentation, so ThreadSanitizer
+// would report every loop as a race. Suppressing reports about TBB would also hide real races,
+// since all our threads are TBB's. Therefore this file declares the order explicitly. It is the
+// only file that instantiates TBB's templates, and it is not instrumented
+// (renderer/core/CMakeLists.txt).
 #include "renderer/core/parallel.h"
 
 #include <tbb/blocked_range.h>

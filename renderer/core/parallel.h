@@ -29,8 +29,7 @@ void parallel_ranges(size_t count, size_t grain, const Body& body) {
   parallel_detail::run(count, grain, parallel_detail::Partitioner::kAuto, call, &body);
 }
 
-// Calls body(i) for each i < count, TBB divides the indices into ranges as it does for
-// parallel_ranges().
+// Calls body(i) for each i < count. TBB divides the indices into ranges as in parallel_ranges().
 template <typename Body>
 void parallel_each(size_t count, size_t grain, const Body& body) {
   parallel_ranges(count, grain, [&](size_t begin, size_t end) {

@@ -7,7 +7,7 @@
 
 namespace emberline {
 
-// Maximum number of samples in a block. The camera rays of a block are computed together, and so
+// Maximum number of samples in a batch. The camera rays of a batch are computed together, and so
 // are its environment lookups.
 inline constexpr int kRayBatch = 16;
 

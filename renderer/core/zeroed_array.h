@@ -1,6 +1,6 @@
-// A zero-initialised array. The pages of a small array are allocated by the system on first use, so
-// a small film costs nothing until samples arrive. The huge pages of a large array are touched in
-// advance by all threads, since the first few samples of a frame would touch every one of them.
+// A zero-initialised array. The system allocates the pages of a small array on first use, so a
+// small film costs nothing until samples arrive. For a large array, all threads touch the huge
+// pages in advance, because the first few samples of a frame would touch every one of them anyway.
 #pragma once
 
 #include <cassert>
@@ -12,13 +12,14 @@
 
 namespace emberline {
 
-// Requests pages of 2 MiB instead of 4 KiB for a large array. The first pass of a bisection frame
-// of 1280 x 720 touches 16,000 pages of 4 KiB, which takes a sixth of the pass's time.
+// Requests pages of 2 MiB instead of 4 KiB for a large array. With the driver `bisection`, the
+// first pass of a 1280 x 720 frame touches 16,000 pages of 4 KiB, which takes a sixth of the pass's
+// time.
 void advise_huge_pages(void* data, size_t bytes);
 
 // Requests huge pages for memory that is already zero, and touches all of them. Otherwise the
-// system would clear the pages one by one as samples arrive, which would delay the first pass of a
-// bisection frame (tests/bench/results, "Many threads").
+// system would clear the pages one by one as samples arrive, which would delay the first pass of
+// the driver `bisection` (tests/bench/results, "Many threads").
 void commit_huge_pages(void* zeroes, size_t bytes);
 
 // Sets all bytes to zero, with all threads if the array is large.

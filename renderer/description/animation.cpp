@@ -11,13 +11,13 @@ namespace {
 // A position between `key` and the next one.
 struct Segment {
   size_t key = 0;
-  double share = 0.0;     // fraction of the segment that has elapsed; 0 beyond either end
+  double share = 0.0;     // fraction of the segment before the time; 0 outside all keys
   double duration = 0.0;  // seconds
 };
 
-// Times are rounded to float, as keys are, before they are compared. Otherwise, frame 1 at 24
-// frames per second would be slightly before its key, whose time was rounded up, and a step at this
-// key would not have happened yet.
+// Compares the time as a float, because the keys' times are floats. As a double, the time of frame
+// 1 at 24 frames per second is slightly less than that of its key, which was rounded up. A step at
+// this key would then appear one frame late.
 Segment find_segment(const std::vector<float>& times, double time) {
   const auto next = std::upper_bound(times.begin(), times.end(), float(time));
   if (next == times.begin()) return {};
@@ -39,7 +39,7 @@ Quaternion quaternion_at(const float* numbers) {
 }
 
 // Interpolates as in glTF 2.0, appendix C, "Cubic Spline Interpolation". `at` points to the
-// in-tangent of the key before the time.
+// in-tangent of the segment's first key.
 void sample_spline(const float* at, size_t width, const Segment& segment, std::span<double> value) {
   const double t = segment.share, t2 = t * t, t3 = t2 * t;
   const float *from = at + width, *out_tangent = at + 2 * width;

@@ -44,8 +44,8 @@ Vec3d rec709_of_xyz(const Vec3d& xyz) {
           0.0557 * xyz.x - 0.2040 * xyz.y + 1.0570 * xyz.z};
 }
 
-// Returns, for each band, the colour in cd/m^2 of a radiance equal to the sun's irradiance in the
-// band.
+// Returns for each band the Rec. 709 colour, in cd/m^2, of light whose spectral radiance has the
+// values of kSun.
 std::array<Vec3d, kBands> make_colours() {
   constexpr double kLumensPerWatt = 683;
   std::array<Vec3d, kBands> colours;
@@ -61,8 +61,9 @@ std::array<Vec3d, kBands> make_colours() {
 }  // namespace
 
 // Returns the values of E. Bruneton, F. Neyret, "Precomputed Atmospheric Scattering" (EGSR 2008),
-// section 2.1. Air is as in their table, and haze is as in the clear sky of their program. Ozone is
-// as in E. Bruneton, "A Qualitative and Quantitative Evaluation of 8 Clear Sky Models" (TVCG 2017).
+// section 2.1. The values for air are from their table; those for haze are from the clear sky of
+// their program. Ozone follows E. Bruneton, "A Qualitative and Quantitative Evaluation of 8 Clear
+// Sky Models" (TVCG 2017).
 const Coefficients& coefficients() {
   static const Coefficients kEarth = [] {
     Coefficients c{};

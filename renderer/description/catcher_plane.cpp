@@ -13,7 +13,7 @@ namespace emberline {
 namespace {
 
 constexpr const char* kName = "catcher plane";
-// In radii of the scene.
+// The following lengths are in radii of the scene.
 constexpr double kExtent = 100.0;  // only a sun below 1.2 degrees casts longer shadows
 constexpr double kMaxDistance = 1000.0;
 constexpr double kGap = 1e-4;  // below the lowest point

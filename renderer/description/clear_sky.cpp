@@ -19,8 +19,8 @@ using namespace atmosphere;
 constexpr double kRadian = kPiD / 180;
 constexpr double kSunRadius = 0.265 * kRadian;
 
-// Amounts of air, haze and ozone along a ray. The unit is a metre at the density for which
-// Coefficients are given.
+// Densities of air, haze and ozone, integrated over a ray in metres. They are relative to the
+// densities for which Coefficients are given.
 struct Column {
   double rayleigh = 0, haze = 0, ozone = 0;
 
@@ -123,9 +123,9 @@ class SkyTable {
   std::vector<Value> values_;
 };
 
-// Angular ranges of the tables. Before it leaves the atmosphere, a ray from the ground travels at
-// most 10 degrees around the earth. A second ray that starts where the first one ends and grazes
-// the ground travels up to 20 degrees more.
+// Angular ranges of the tables. A ray from the ground travels at most 10 degrees around the earth
+// before it leaves the atmosphere. A ray that is scattered there and then grazes the ground travels
+// up to 20 degrees more.
 constexpr double kViewReach = 10.6 * kRadian, kSecondOrderReach = 32 * kRadian;
 constexpr int kViewSteps = 64, kSecondOrderSteps = 24;
 
@@ -160,8 +160,8 @@ class Sky {
     return light;
   }
 
-  // Scattered light as seen from the ground. The phase functions of single scattering have not been
-  // applied yet.
+  // Scattered light as seen from the ground. `rayleigh` and `haze` are singly scattered light, to
+  // be multiplied by their phase functions.
   struct ScatteredLight {
     Vec3d rayleigh = Vec3d(0.0), haze = Vec3d(0.0), multiple = Vec3d(0.0);
   };
@@ -315,7 +315,7 @@ EnvironmentDescription clear_sky(const SkySettings& settings) {
                 sizeof value);
   };
 
-  std::vector<Vec3d> row_irradiance(size_t(above), Vec3d(0.0));  // of the ground, by row of the map
+  std::vector<Vec3d> row_irradiance(size_t(above), Vec3d(0.0));  // of the ground, from each row
   parallel_each(size_t(above), [&](size_t row) {
     const double up = kPiD / 2 - kPiD * (double(row) + 0.5) / height;
     for (int x = 0; x < width; ++x) {

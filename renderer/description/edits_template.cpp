@@ -11,8 +11,8 @@ bool is_valid(float value, const MaterialParameter& p) {
   return double(value) >= p.minimum && double(value) <= p.maximum;
 }
 
-// Finds the number that results in exactly this value when it is in an edit. The number is `value`
-// divided by the unit. As the quotient is rounded, its two neighbours are tried as well.
+// Returns the number that, written in an edit, gives exactly this value. Tries `value` divided by
+// the unit and, because the quotient is rounded, its two neighbouring floats.
 std::optional<float> edited_number(float value, const MaterialParameter& p) {
   const float quotient = value / p.unit;
   for (const float to : {0.0f, -INFINITY, INFINITY}) {

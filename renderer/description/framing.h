@@ -6,7 +6,7 @@
 
 namespace emberline {
 
-// Returns the bounds of all placed geometry at all of its time steps.
+// Returns the bounds of all instances, including their positions in `motion`.
 WorldBounds world_bounds(const SceneDescription& description);
 // Returns the bounds that a view of the whole scene frames. They are the same at all times of an
 // animation.
@@ -18,9 +18,9 @@ inline WorldBounds framed_bounds(const SceneDescription& description) {
 // slightly from the right and above, with a vertical field of view of 40 degrees.
 CameraDescription framing_camera(const WorldBounds& bounds, double aspect);
 
-// Returns the radius in metres of a lens with this f-number. The lens has the focal length with
-// which a film gate 24 mm high (36 x 24 mm, ISO 1007) has this vertical field of view when focused
-// at infinity.
+// Returns the radius in metres of a lens with this f-number. The focal length is that of a camera
+// with this vertical field of view whose film gate is 24 mm high (36 x 24 mm, ISO 1007), focused at
+// infinity.
 double lens_radius(double f_stop, double fov_y_radians);
 
 // Returns the camera-to-world matrix of a view from `from` towards `at`. If `up` is parallel to the

@@ -27,8 +27,8 @@ struct MeshArrays {
   std::vector<Vec4f> colors;                // COLOR_0, linear rgba; empty: white
   std::vector<MeshStep> motion = {};        // see Motion in scene_description.h
   std::vector<Vec3f> next_frame = {};  // positions; see NextFrameInstance in scene_description.h
-  // A mesh that does not deform has the same key in all poses of its file. 0 if the mesh deforms,
-  // or if the file cannot be posed.
+  // Identifies the mesh in all poses of its file; 0 if the mesh deforms, or if the file cannot be
+  // posed.
   uint64_t key = 0;
 };
 

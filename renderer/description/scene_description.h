@@ -70,7 +70,6 @@ struct TextureRef {
 enum class AlphaMode : uint8_t { kOpaque, kMask, kBlend };
 
 // A glTF 2.0 metallic-roughness material (specification section 3.9 and appendix B) with its
-// A glTF 2.0 metallic-roughness material (specification section 3.9 and appendix B) with its
 // extensions. The default values of an extension have the same effect as its absence. Factors are
 // linear, and each multiplies its texture. Colour textures are sRGB-encoded if their image is
 // integer-valued; other textures are linear data. In the comments on textures, letters name the
@@ -155,8 +154,8 @@ inline bool emits(const MaterialDescription& material) {
   return !material.unlit && (positive(e.x) || positive(e.y) || positive(e.z));
 }
 
-// Returns whether the material is anisotropic or has a texture in tangent space, even with a factor
-// of 0. If so, load_gltf computes tangents for meshes with this material.
+// Returns whether the material is anisotropic or has a texture in tangent space, even one whose
+// factor is 0. If so, load_gltf computes tangents for meshes with this material.
 inline bool has_tangent_space(const MaterialDescription& material) {
   return material.normal_texture.image >= 0 || material.clearcoat_normal_texture.image >= 0 ||
          material.anisotropy_texture.image >= 0 || material.anisotropy > 0.0f;
@@ -195,8 +194,8 @@ struct MeshDescription : MeshArrays {
   // If true, the mesh may have another position, or more visible instances, at another time of the
   // animation.
   bool may_move = false;
-  // If the receiver still has this mesh from an earlier pose, the arrays are empty and this holds
-  // their bounds.
+  // Set if the scene to be reposed (repose_scene()) already has this mesh. The arrays are then
+  // empty, and this contains their bounds.
   std::optional<WorldBounds> reused_bounds = {};
 };
 
@@ -205,14 +204,14 @@ struct VariantDescription {
   std::string name;
 };
 
-// Motion while the shutter is open. The ordinary transforms and vertices hold at shutter open.
-// `motion` holds the transforms and vertices at later times, evenly spaced until shutter close; it
-// is empty if nothing moves. Between these times, vertices, positions and scales are interpolated
-// linearly; rotations are interpolated about an axis.
+// Motion while the shutter is open. The ordinary transforms and vertices are those at shutter open.
+// `motion` contains those at later times, which are evenly spaced up to shutter close; it is empty
+// if nothing moves. Between the times, vertices, positions and scales are interpolated linearly,
+// and rotations about an axis.
 //
-// Other values change at times of their own (time_curve.h), so that they can switch instantly.
-// Emitted light is stored as the maximum of each channel, and as a factor in [0, 1] that changes
-// over time. Code that only uses or edits the maximum need not know the time.
+// Other values have their own key times (time_curve.h), so that they can switch instantly. Emitted
+// light is stored as the maximum of each channel and a curve of factors in [0, 1]. Code that only
+// uses or edits the maximum can ignore the curve.
 
 // A mesh placed in the world. The node hierarchy is flattened at load. Transforms stay in double,
 // so that a distant scene can be moved to the origin before it is rounded to float.
@@ -234,12 +233,12 @@ struct NodeDescription {
   bool has_camera = false;       // even if the camera cannot be used
   bool has_light = false;        // from KHR_lights_punctual
   bool in_scene = false;         // true if the rendered scene contains the node
-  bool catches_shadows = false;  // whatever the settings name (catcher_plane.h)
+  bool catches_shadows = false;  // set for the plane of catcher_plane.h
 };
 
 // The transform of a moving instance one frame after the rendered instant. If the shutter is
-// instant, the velocity of the instance is computed from this transform. Rays never meet the
-// instance at this transform. Meshes and cameras have their own `next_frame`.
+// instant, motion vectors are computed from this transform; it is not used for tracing. Meshes and
+// cameras have their own `next_frame`.
 struct NextFrameInstance {
   uint32_t instance = 0;  // into SceneDescription::instances
   Mat44d to_world;
@@ -324,7 +323,7 @@ struct AnimationDescription {
   size_t morphs = 0;          // number of nodes whose meshes it morphs
   size_t pointers = 0;        // number of other values that it changes
   size_t without_effect = 0;  // number of channels without a valid target
-  std::string fault;          // error of choosing the animation; empty if its JSON is valid
+  std::string fault;          // error if it is chosen; empty if its JSON is valid
 };
 
 // The features that the file uses, and how the renderer treats them. Entries are extension names,
@@ -355,8 +354,8 @@ struct SceneLists {
   std::string file;
   std::vector<MaterialDescription> materials;
   std::vector<VariantDescription> variants;
-  // True if the meshes' variant_materials have been read, and also the data that these materials
-  // need.
+  // True if the meshes' variant_materials have been read, together with the data that these
+  // materials need.
   bool variants_read = false;
   bool tangents_read = false;  // for all meshes, not only where has_tangent_space() holds
   std::vector<PunctualLightDescription> lights;
@@ -374,8 +373,8 @@ struct SceneDescription : SceneLists {
   std::vector<InstanceDescription> instances;
   std::vector<NodeDescription> nodes;                   // if requested (GltfOptions::nodes)
   std::vector<NextFrameInstance> next_frame_instances;  // of moving instances, in ascending order
-  // If the scene is posed, the bounds of its rest pose, so that a view of the whole scene does not
-  // depend on the pose.
+  // Bounds of the rest pose, if the scene is posed. A view of the whole scene frames these bounds,
+  // so that it does not depend on the pose.
   std::optional<WorldBounds> rest_bounds;
   CoverageReport coverage;
   LoadRepairs repairs;

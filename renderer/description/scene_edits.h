@@ -110,7 +110,7 @@ struct MaterialEdit {
   std::optional<Rgb> base_color;
   std::optional<float> roughness, metallic, transmission, normal_scale;
   std::optional<Rgb> emission;  // radiance, before a LightEdit of this material is applied
-  std::optional<float> ior;     // an error if the material reflects everything
+  std::optional<float> ior;     // an error if the file's ior is 0 (reflects everything)
   std::optional<float> specular;
   std::optional<Rgb> specular_color;
   std::optional<Rgb> attenuation_color;       // these three affect only an interior
@@ -128,8 +128,8 @@ struct MaterialEdit {
   bool operator==(const MaterialEdit&) const = default;
 };
 
-// Limits of values in an edits file and on the command line. They keep squared distances finite in
-// float. They also keep sums of radiance in a film finite in float.
+// Limits of values in an edits file and on the command line. They keep squared distances, and sums
+// of radiance in a film, finite in float.
 namespace edit_limits {
 inline constexpr double kMaxDistance = 1e15;    // metres
 inline constexpr double kMaxRadiance = 1e9;     // radiance, and factors on it

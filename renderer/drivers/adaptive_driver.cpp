@@ -29,12 +29,12 @@ namespace {
 // long.
 constexpr uint64_t kPartSamples = 4096;
 
-// Samples per pixel after the step between the first samples and the pilot.
+// Samples per pixel after Stage::kPilotStep.
 constexpr uint32_t kStepSamples = 4;
 
 // One pixel in kPixelsPerTreePixel gets its first sample in the order of the tree; the other pixels
-// follow in tiles. By then the tree has found the picture's features. Asking it for one more pixel
-// would take as long as rendering a sample of a simple scene.
+// follow in tiles. By then the tree has found the picture's features. Choosing one more pixel with
+// it would take as long as rendering a sample of a simple scene.
 constexpr size_t kPixelsPerTreePixel = 16;
 constexpr size_t kTreePartPixels = 256;
 
@@ -176,7 +176,7 @@ class AdaptiveDriver final : public FrameDriver {
   }
 
   std::optional<WorkForecast> forecast() const override {
-    // The budget of an open frame grows until its time is over.
+    // The sample budget of a frame with a time budget (is_open) grows until the time is over.
     const bool is_known = !settings_.adaptive.unbiased && !settings_.adaptive.is_open;
     return stage_ == Stage::kRounds && is_known ? planner_.forecast() : std::nullopt;
   }
@@ -305,9 +305,9 @@ class AdaptiveDriver final : public FrameDriver {
   enum class Stage {
     kTree,       // first samples chosen by the refinement tree
     kFirst,      // first samples of all other pixels
-    kPilotStep,  // a few samples for every pixel before a long pilot; without this step, the
-                 // picture would show pixels with all pilot samples next to pixels with one,
-                 // which looks like dirt
+    kPilotStep,  // a few samples for every pixel before a long pilot, so that the picture does not
+                 // show pixels with all pilot samples next to pixels with one, which looks like
+                 // dirt
     kPilot,
     kRounds,
     kFinished,
@@ -495,9 +495,9 @@ FilmExtras adaptive_film_extras(const DriverSettings& settings) {
 }
 
 uint64_t adaptive_bytes_per_pixel(const DriverSettings& settings) {
-  // Counts the planner's planes and halves, and also the order, counts and gains. Counts the tree
-  // at its largest, with two nodes for each sample. tests/cli/limits_test.cpp compares the result
-  // with bytes().
+  // Counts the planner's planes and halves, the driver's order, counts and gains, and the tree at
+  // its largest, with two nodes for each sample. tests/cli/limits_test.cpp compares the result with
+  // bytes().
   constexpr uint64_t kPlanner = 28 * sizeof(float), kOrder = 3 * sizeof(uint32_t);
   constexpr uint64_t kTree = 2 * 36 + sizeof(uint32_t);
   constexpr uint64_t kAverages = 10 * sizeof(double);

@@ -15,8 +15,7 @@
 
 namespace emberline {
 
-// Both throw UsageError for an unknown estimator. A tile's picture is shown only when the tile is
-// finished.
+// Both throw UsageError for an unknown estimator.
 std::unique_ptr<FrameDriver> adaptive_driver(const Frame& frame, const Rect& crop,
                                              const DriverSettings& settings);
 std::unique_ptr<FrameDriver> adaptive_tile_driver(const Frame& frame, const Rect& tile,

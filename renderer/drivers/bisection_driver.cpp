@@ -73,7 +73,6 @@ size_t bisection_round_end(const BisectionPass& pass, size_t first, uint64_t fra
 
 namespace {
 
-// In the first pass a round is at most a hundredth of the pass; each later pass is one round.
 class BisectionDriver final : public FrameDriver {
  public:
   BisectionDriver(const Frame& frame, const Rect& crop, const DriverSettings& settings)
@@ -128,7 +127,8 @@ class BisectionDriver final : public FrameDriver {
 
   bool finished() const override { return min_samples_ == samples_per_pixel_; }
   void extend_work(double factor) override {
-    // Rounds up, since the frame is stopped in time, but would otherwise end too early.
+    // Rounds up: the time budget stops a frame with too many samples, but a frame with too few
+    // would end too early.
     const double samples =
         std::min(std::ceil(factor * double(samples_per_pixel_)), double(kMaxSamples));
     const auto more = std::max(samples_per_pixel_, uint32_t(samples));

@@ -19,7 +19,7 @@ std::span<const NamedValue<Reconstruction>> reconstruction_table();
 // Progress of the first pass.
 struct BisectionCoverage {
   size_t complete_steps = 0;
-  // The numbers of parts of the next step that are complete, and that may have begun.
+  // For the next step: the number of parts that are complete, and of parts that may have begun.
   size_t complete_parts = 0, begun_parts = 0;
 };
 

@@ -39,8 +39,8 @@ struct BisectionStep {
   PixelLattice added, complete;
 };
 
-// The size of a cell in pixels. Levels consist of lines of cells. The pixels of a cell stay
-// together, which suits the caches.
+// The size of a cell in pixels. Steps add whole rows or columns of cells, so that neighbouring
+// pixels are rendered together, which suits the caches.
 struct BisectionCell {
   int width = 1, height = 1;
 };

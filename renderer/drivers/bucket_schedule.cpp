@@ -61,7 +61,7 @@ std::vector<Cell> hilbert_cells(int columns, int rows) {
   return cells;
 }
 
-// Clips the range [first, last) of a leg to the steps i with 0 <= from + step * i < size.
+// Clips the range [first, last) of a spiral's leg to the steps i with 0 <= from + step * i < size.
 void clip_leg(int from, int step, int size, int& first, int& last) {
   if (step == 0 && (from < 0 || from >= size)) last = first;
   if (step > 0) {

@@ -1,4 +1,4 @@
-// The choices for the drivers' settings, without the drivers themselves.
+// Values of the drivers' settings, for code that does not include the drivers.
 #pragma once
 
 #include <cstdint>
@@ -25,8 +25,8 @@ enum class Reconstruction { kDuplicate, kLinear };
 // The units of error (drivers/adaptive/error_estimator.h).
 enum class ErrorMetric { kMse, kRelMse, kDisplay };
 
-// Selects every `count`-th tile in the driver's order, starting with tile `index`; the first tile
-// has index 1.
+// Setting `part`: selects every `count`-th tile in the driver's order, starting with tile `index`.
+// The first tile has index 1.
 struct FramePart {
   uint32_t index = 1, count = 1;
   bool operator==(const FramePart&) const = default;

@@ -34,7 +34,8 @@ struct DriverSettings {
   std::shared_ptr<const SamplePlan> plan = {};   // for planned_driver_entry()
 };
 
-// The ways to distribute samples over the pixels.
+// How a driver distributes samples over the pixels. kUniformWithoutThreshold means: by error if
+// there is a threshold, otherwise uniformly.
 enum class SampleDistribution : uint8_t { kUniform, kUniformWithoutThreshold, kByError };
 
 struct DriverEntry {
@@ -52,8 +53,8 @@ std::span<const DriverEntry> driver_table();
 // Throws a UsageError that lists the valid names if the name is unknown.
 const DriverEntry& find_driver(std::string_view name);
 
-// Returns the driver of adaptive frames whose sample counts are in a plan. It has no name in
-// driver_table(), because a setting selects it.
+// Returns the driver of adaptive frames whose sample counts come from a SamplePlan. It is not in
+// driver_table(), because the setting `plan` selects it instead of a name.
 const DriverEntry& planned_driver_entry();
 
 // Returns the side of the delivered tiles, which are also the tiles of the EXR. Each tile of a

@@ -64,7 +64,7 @@ struct RenderCounters {
   void archive(Archive& archive);
 };
 
-// Warns if the limits for glass removed light from the picture.
+// Warns if limitations of glass made the picture too dark or refraction wrong.
 void warn_about_optics(const OpticsCounters& counters);
 
 // Everything that is constant while a frame renders. Referenced objects must outlive the Frame.
@@ -76,7 +76,7 @@ struct Frame {
   const PixelFilter& filter;
   int width = 0, height = 0;
   Rect crop;                       // the rendered pixels; the whole frame if not cropped
-  uint32_t first_sample = 0;       // index of every pixel's first sample; the film counts from it
+  uint32_t first_sample = 0;       // index of each pixel's first sample: sample 0 of the film
   uint32_t samples_per_pixel = 1;  // per pixel; for `adaptive` the average, 0 for no limit
   uint32_t seed = 0;
   StreamCount streams = StreamCount::kOne;
@@ -84,9 +84,9 @@ struct Frame {
   // blocks in which samples alternate between streams (samplers/sampler.h).
   uint32_t half_block = 8;
   AovSet aovs;
-  double shutter_frames = 1.0;  // shutter time in frames for velocity(); 1 if instant
-  // Seconds into which the frame shall fit; the driver then begins with few samples, and
-  // FrameDriver::extend_work() adds more. 0: no budget.
+  double shutter_frames = 1.0;  // shutter time in frames, for velocity(); 1 for an instant shutter
+  // Time in seconds that the frame should take. The driver then begins with few samples, and
+  // FrameDriver::extend_work() adds more. 0: no time budget.
   double time_budget_s = 0;
   bool exact_counts = true;     // whether every pixel gets exactly samples_per_pixel
   float clamp_indirect = 0.0f;  // as in the integrator's settings
@@ -108,7 +108,7 @@ struct Frame {
   int half_of(uint32_t sample) const {
     return streams == StreamCount::kTwo ? int(sample / half_block & 1u) : 0;
   }
-  // Returns the stop of a pixel that has all its samples.
+  // Returns why a pixel that has all its samples gets no more.
   PixelStop complete_stop() const {
     return time_budget_s > 0 ? PixelStop::kTimeBudget : PixelStop::kBudget;
   }

@@ -44,7 +44,7 @@ struct Round {
 // Parts [begin, end) of a round.
 struct RenderedParts {
   size_t begin = 0, end = 0;
-  bool complete = true;  // false: a stop request ended the round. Parts after `end` were not
+  bool complete = true;  // false: a stop request ended the round. Parts from `end` on were not
                          // started. Of the parts before `end`, only those in `interrupted` may
                          // lack samples.
   std::span<const size_t> interrupted = {};
@@ -99,7 +99,7 @@ class FrameDriver {
   virtual bool overrides_means() const { return false; }
   virtual DriverFacts facts() const { return {}; }
   // Returns a sentence on why the recorded pixel got its samples, or an empty text if no pixel is
-  // recorded. May be called at the same times as facts().
+  // recorded. Must be called at a pause or after the last round.
   virtual std::string history() const { return ""; }
   // Returns a text for the user that explains the pixel's number of samples so far. The text is
   // empty if the driver does not decide about single pixels. Must be called at a pause or at the
@@ -111,8 +111,8 @@ class FrameDriver {
   virtual std::vector<uint32_t> planned_counts(const AdaptiveSettings& /*limits*/) const {
     return {};
   }
-  // From now on, records this pixel for explain(), instead of the settings' pixel. Must be called
-  // at a pause.
+  // From now on, records this pixel for explain(), instead of DriverSettings::explained. Must be
+  // called at a pause.
   virtual void record_pixel(int /*x*/, int /*y*/) {}
   // Must be called after the last round. Writes each pixel's stop reason into the film
   // (`interrupted` for pixels that a stop request ended), and does all other final work that visits

@@ -14,15 +14,15 @@ namespace emberline {
 uint64_t film_bytes_per_pixel(const AovSet& aovs, const FilmExtras& extras);
 
 // Returns an upper bound on the bytes that render() and deliver() keep per pixel of the crop; 0 for
-// tiled drivers. Excludes the workers' tiles and light groups: `n` light groups add 24 (n + 1)
-// bytes.
+// tiled drivers. Excludes the workers' tiles. Also excludes light groups; `n` groups add 24 (n + 1)
+// bytes per pixel.
 uint64_t job_bytes_per_pixel(const DriverFactory& drivers, const AovSet& aovs);
 // Returns the bytes per pixel of a worker's tile.
 uint64_t tile_bytes_per_pixel(const DriverFactory& drivers, const AovSet& aovs);
 
 // Returns the additional bytes per pixel that RenderJob::deliver() needs if some pixels have no
-// samples. They store the displayed values of `layers` layers or lights, and the picture from which
-// these values are computed.
+// samples. This memory holds the picture and, computed from it, the displayed values of `layers`
+// layers or lights.
 uint64_t delivery_bytes_per_pixel(size_t layers);
 
 // Resets the film to the crop. Throws RenderError if there is not enough memory.

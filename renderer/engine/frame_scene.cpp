@@ -139,8 +139,8 @@ CameraDescription apply_settings(const FrameSettings& settings, const SceneDescr
   return apply_turntable(std::move(camera), settings, framed_bounds(scene));
 }
 
-// Returns whether the positions one frame later are needed. The velocity channel needs them if
-// there is no shutter interval.
+// Returns whether positions one frame later must be read, too. The velocity channel needs them if
+// the shutter interval is empty.
 bool needs_next_frame(const FrameSettings& settings) {
   return is_instant(settings) && AovSet::parse(settings.aovs).contains(Aov::kVelocity);
 }

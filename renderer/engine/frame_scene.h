@@ -28,10 +28,11 @@ bool is_instant(const FrameSettings& settings);
 // Fills in the animation, time and shutter from the edits if the settings do not give them.
 void apply_animation(const AnimationEdit& edit, FrameSettings& settings);
 
-// Logs why nothing is blurred if the shutter is open but the scene is at rest.
+// If the shutter is open but the scene is at rest, logs why nothing is blurred.
 void hint_at_rest(const FrameSettings& settings, const SceneDescription& scene);
 
-// Returns the options for reading the scene file, except those that edits need. Throws UsageError.
+// Returns the options for reading the scene file. Edits may need more of the file. Throws
+// UsageError.
 GltfOptions load_options(const FrameSettings& settings);
 
 // Logs a warning if texels of a picture had to be repaired. Call this once per file.
@@ -49,8 +50,9 @@ CameraDescription choose_camera(const FrameSettings& settings, const SceneDescri
 // the cameras whose node has this name. If no name matches, `requested` may be an index.
 std::vector<size_t> matching_cameras(const std::string& requested,
                                      const std::vector<CameraDescription>& cameras);
-// Returns the camera of the edits, or the camera of the settings if these choose a view. The
-// settings' lens is applied in both cases. Throws InputError for edits that do not fit the scene.
+// Returns the camera of the edits. If the settings choose a view, returns the settings' camera
+// instead. Applies the settings' lens in both cases. Throws InputError for edits that do not fit
+// the scene.
 CameraDescription choose_camera(const FrameSettings& settings, const SceneDescription& scene,
                                 const SceneEdits& edits);
 

@@ -70,7 +70,7 @@ struct FrameSettings {
   std::string estimator;                  // empty: kDefaultEstimator
   std::optional<ErrorMetric> allocation;  // absent: kDefaultAllocation
   bool unbiased = false;
-  std::string judge;  // list for judged_channels_of(); empty: R G B
+  std::string judge;  // channels whose error counts (judged_channels_of()); empty: R G B
   std::optional<double> time_limit_s;
   std::optional<double> time_budget_s;  // plan samples for this time (time_budget.h)
   int max_depth = 16;

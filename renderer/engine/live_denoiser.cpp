@@ -22,7 +22,8 @@ const FilmTile& film_of(const LiveDenoiser::Source& source, int x, int y) {
 }
 
 // Writes the pixel's features to index `to` of the row. `rgba` is the pixel's displayed colour. If
-// `mixed` (lights were remixed), assumes that noise has changed in proportion to luminance.
+// `mixed` is set (light groups were remixed), assumes that the noise has changed in proportion to
+// luminance.
 void read_pixel(const FilmTile& film, int x, int y, const float* rgba, bool mixed,
                 const FeatureRow& row, size_t to) {
   const uint32_t samples = film.sample_count(x, y);

@@ -23,7 +23,7 @@ class LiveDenoiser {
 
   struct Source {
     const LivePicture& picture;
-    const LivePicture* region;    // a region where pixels may have more samples; or null
+    const LivePicture* region;    // a film of a region where pixels may have more samples; or null
     const PixelLattice* lattice;  // the pixels with samples; null: all pixels
     double samples_per_pixel;
     bool mixed;  // light groups were remixed, so the colours differ from those of the film

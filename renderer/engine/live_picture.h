@@ -41,12 +41,12 @@ class LivePicture {
   std::vector<float> channels() const;
 };
 
-// Collects the finished tiles of a driver that does not keep its tiles, and draws them over another
-// picture. Not thread-safe.
+// Collects the finished tiles of a tiled driver, which does not keep them, and draws them over an
+// earlier picture. Not thread-safe.
 class TilePicture final : public LivePicture {
  public:
-  // `before` is the other picture: R G B A of each pixel of the plan's crop. Throws RenderError if
-  // there is not enough memory for the film.
+  // `before` is the earlier picture: R G B A of each pixel of the plan's crop. Throws RenderError
+  // if there is not enough memory for the film.
   TilePicture(const RenderPlan& plan, std::vector<float> before);
   ~TilePicture() override;
   static uint64_t bytes_per_pixel(const RenderPlan& plan);
@@ -60,7 +60,8 @@ class TilePicture final : public LivePicture {
   // Mixes the light groups on the calling thread.
   void resolve(std::span<float> rgba, const LightMix* mix = nullptr) const override;
   const FilmTile& film() const override { return *film_; }
-  // For a pixel of an added tile, returns kNone if the tiles have no `stop` channel.
+  // Returns kUnfinished for pixels outside the added tiles. Returns kNone for the others if the
+  // tiles have no `stop` channel.
   PixelStop current_stop(int x, int y) const override;
 
  private:

@@ -36,8 +36,8 @@ struct OpenOptions {
 class ReadScene {
  public:
   // Reads the scene's file and the environment that the settings name. Poses the scene at the
-  // settings' time or, if they have none, at the edits' time. The settings' variant replaces that
-  // of `edits`. Throws InputError, UsageError, RenderError and Cancelled.
+  // settings' time or, if they have none, at the edits' time. If the settings name a variant, it
+  // replaces the variant of `edits`. Throws InputError, UsageError, RenderError and Cancelled.
   ReadScene(const FrameSettings& settings, SceneEdits edits, const OpenOptions& options,
             LoadProgress& progress);
   ReadScene(ReadScene&&) noexcept = default;
@@ -84,8 +84,8 @@ class OpenScene {
   // already has in memory. Throws like the constructor of ReadScene.
   ReadScene read(const FrameSettings& settings, SceneEdits edits, LoadProgress& progress);
   // Applies a pose from read(), including its edits. scene() must not be in use; afterwards, it may
-  // return a different object. Returns false if the pose needed a different internal space, so that
-  // the whole scene was rebuilt. Throws like build().
+  // return a different object. Returns false if the whole scene had to be rebuilt, because the pose
+  // needed another internal space (origin and scale). Throws like build().
   bool pose(ReadScene read, LoadProgress& progress);
 
   // These functions require OpenOptions::edits.

@@ -16,8 +16,8 @@ std::optional<double> process_age_seconds();
 std::string host_name();
 
 // Return what Slurm has allocated to this job, from the environment variables (sbatch(1), "OUTPUT
-// ENVIRONMENT VARIABLES"). The value is absent outside a job, or if the variable's value is
-// impossible.
+// ENVIRONMENT VARIABLES"). The value is absent outside a job, or if the variable has an impossible
+// value.
 std::optional<uint64_t> slurm_memory_bytes();  // SLURM_MEM_PER_NODE
 std::optional<int> slurm_cpus();               // SLURM_CPUS_PER_TASK
 

@@ -33,8 +33,8 @@ std::vector<Rgb> resolve_groups(const LivePicture& picture, LightMix::Source of,
   return lights;
 }
 
-// Returns the index after the last part to render before the next pause. This index is the number
-// of parts, or less if a picture is wanted after `samples_to_picture` samples.
+// Returns the end of the parts to render before the next pause. It is the number of parts, or less
+// if a picture is wanted after `samples_to_picture` samples.
 size_t end_before_pause(const FrameDriver& driver, const Round& round, size_t begin,
                         std::optional<uint64_t> samples_to_picture) {
   if (!samples_to_picture) return round.parts;
@@ -139,7 +139,8 @@ void RenderJob::extend(std::span<const std::byte> finished) {
   film_is_ahead_ = true;
 }
 
-// Called when the driver has finished. Returns false if the frame is finished, too.
+// Called when the driver has finished its planned work. Adds work if the time budget allows more.
+// Returns false if the frame is finished.
 bool RenderJob::extend_work(std::optional<FrameBudget>& budget) {
   if (!budget) return false;
   while (const std::optional<double> factor = budget->next_factor(work_of(counters_.rays))) {
@@ -218,16 +219,16 @@ void RenderJob::end(PixelStop interrupted) {
   store_driver_picture(*driver_, *film_);
 }
 
-// Delivers tiles that have the same sizes and positions as the tiles of the bucket driver. Pixels
-// without samples get the values that the picture shows.
+// Delivers tiles of the same sizes and positions as those of the bucket driver. Pixels without
+// samples get the values that the picture shows.
 void RenderJob::deliver(RenderSink& sink) {
   if (!driver_) return;
   end(sink.stop_cause());
   const Rect& crop = film_->rect();
   const std::vector<Rect> tiles =
       bucket_schedule(crop, drivers_.tile_size, BucketOrder::kScanline, 0);
-  // The picture is computed before the workers start, because the computation uses TBB. A worker
-  // that waits for the computation could be given a tile that needs the result.
+  // The picture is computed before the workers start, because the computation uses TBB. If a worker
+  // waited for it, TBB could give that worker a tile that needs the picture.
   std::vector<float> shown;
   if (film_->min_samples() == 0) {
     shown.resize(4 * size_t(crop.area()));

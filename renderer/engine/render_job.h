@@ -64,13 +64,13 @@ struct RenderResult {
   // True if all samples were rendered. Also true if a time limit ended a frame with one film,
   // because pixels without samples are then filled in from their neighbours.
   bool complete = false;
-  uint64_t unsampled_pixels = 0;  // number of pixels to render that got no sample
+  uint64_t unsampled_pixels = 0;  // number of requested pixels without a sample
 };
 
 // A single sample, exactly as render() computes it.
 struct SampleReplay {
   SampleValue value;
-  Ray camera_ray;  // in internal space
+  Ray camera_ray;  // in the scene's internal space (rebased coordinates)
   RayCounters rays;
 };
 
@@ -90,9 +90,9 @@ class RenderJob final : public LivePicture {
   // Makes render() of a tiled job load the tiles that are in `store`, and render and store the
   // other tiles. Call this before render().
   void set_tile_store(TileStore* store) { store_ = store; }
-  // Makes a job with one film resumable. Call this before render(), save(), load() and extend().
-  // After a stop request, the driver then still finishes its current decision, because a decision
-  // cannot be saved halfway.
+  // Makes a job with one film resumable. Call this before render(), save(), load() and extend(). A
+  // resumable job finishes the driver's current decision even after a stop request, because a
+  // decision cannot be saved halfway.
   void make_resumable();
   // Resumes a frame with the same settings from a state that save() wrote. The result is
   // bit-identical to that of an uninterrupted render. Throws InputError for an invalid state.
@@ -123,7 +123,6 @@ class RenderJob final : public LivePicture {
 
   SampleReplay replay(int x, int y, uint32_t sample) const;
 
-  // Returns the counts so far.
   const RenderCounters& counters() const { return counters_; }
   // Returns the expected RMS error of the displayed frame, if the driver has estimated it. For a
   // stopped frame, end() may make the estimate.

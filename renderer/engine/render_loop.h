@@ -73,8 +73,8 @@ void store_driver_picture(const FrameDriver& driver, FilmTile& film);
 // The parts of one round. Any number of workers take them in order.
 class RoundWork {
  public:
-  // Hands out parts [begin, end). If `film_is_ahead`, pixels may already have some of their
-  // samples.
+  // Hands out parts [begin, end). If `film_is_ahead` is set, pixels may already have some of the
+  // samples of these parts.
   RoundWork(const FrameDriver& driver, FilmTile& film, size_t begin, size_t end, bool film_is_ahead)
       : driver_(driver),
         film_(film),
@@ -104,7 +104,7 @@ class RoundWork {
 
   size_t parts_left() const { return end_ - std::min(end_, next_.load(std::memory_order_relaxed)); }
   // Must be called after all workers have returned, but not after abandon(). If parts are left,
-  // `stopped` says that the reason is a stop request and not a pause.
+  // `stopped` says whether a stop request is the reason; otherwise it is a pause.
   RenderedParts rendered(bool stopped) const;
 
  private:

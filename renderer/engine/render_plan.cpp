@@ -81,7 +81,7 @@ void plan_adaptive(const FrameSettings& o, RenderPlan& plan) {
     a.max_samples = std::max(kDefaultMaxSamples, a.min_samples);
   }
   plan.samples_per_pixel = a.budget;
-  // An estimator with two streams handles the halves itself.
+  // An estimator that uses two streams ensures by itself that each half has samples.
   a.two_halves = plan.streams == StreamCount::kTwo && estimator.streams == StreamCount::kOne;
   const uint32_t sample_limit = a.max_samples > 0 ? a.max_samples : kMinStreamSamples;
   shorten_half_blocks(a.budget > 0 ? std::min(a.budget, sample_limit) : sample_limit, plan);
@@ -211,14 +211,15 @@ int64_t frame_number(const FrameSettings& settings) {
 uint32_t sampling_seed(const FrameSettings& settings) {
   if (settings.static_noise) return settings.seed;
   const auto add = [](uint32_t seed, int64_t number) {
-    constexpr uint32_t kFrames = 0xf4a3e5u;  // other seeds are hashed from small numbers, too
+    constexpr uint32_t kFrames = 0xf4a3e5u;  // sets these seeds apart from other hashes
     const auto bits = uint64_t(number);
     seed = hash_combine(hash_combine(seed, kFrames), uint32_t(bits));
     return hash_combine(seed, uint32_t(bits >> 32));
   };
   const int64_t number = frame_number(settings);
   const uint32_t seed = number == 0 ? settings.seed : add(settings.seed, number);
-  // The camera can turn around a scene that stands still at one frame of its animation.
+  // A turntable can show a single frame of an animation from all sides. The turntable's frame
+  // number then makes the seeds differ.
   const int64_t turned = settings.turntable ? settings.turntable->frame.value_or(number) : number;
   return turned == number ? seed : add(seed, turned);
 }

@@ -27,15 +27,14 @@ class OpenScene;
 struct PrepareOptions {
   // Channels that replace those that the settings request.
   std::optional<AovSet> aovs = {};
-  // If true, empty pixels (EmptyPixels) are found before the frame begins, which takes one thread
-  // about 20 ms per 10^5 triangles. This does not change the bits, so clients that need the first
-  // picture soon turn it off.
+  // If true, pixels that see no surface (EmptyPixels) are found before the frame begins. This takes
+  // one thread about 20 ms per 10^5 triangles. It does not change the bits of the picture, so
+  // clients that need the first picture soon turn it off.
   bool find_empty_pixels = true;
   std::optional<Vec2i> explained = {};  // the pixel for RenderJob::explain()
   bool keep_tree = false;               // RenderJob::facts() has the refinement tree
   bool is_extension = false;            // RenderJob::extend() will be called
-  // The counts in the file of the setting `plan`. Without it, no job of a planned frame can be
-  // prepared.
+  // The sample counts in the file of the setting `plan`. A frame with that setting needs them.
   std::shared_ptr<const SamplePlan> sample_plan = {};
 };
 
@@ -59,11 +58,11 @@ struct RenderPlan {
   // not be rendered.
   std::unique_ptr<RenderJob> prepare(const OpenScene& scene, const Camera& camera,
                                      const std::stop_token& stop) const;
-  // Like the function above, but with `parts` instead of the open scene's parts.
+  // Like the function above, but uses `parts` instead of the open scene's parts (scene_parts.h).
   std::unique_ptr<RenderJob> prepare(const OpenScene& scene, const Camera& camera,
                                      const SceneParts& parts, const std::stop_token& stop) const;
-  // Prepares a stage, without roles and mattes. The stage computes the same samples as the frame,
-  // unless the sampler's weights depend on the sample count.
+  // Prepares a stage, without catchers, holdouts and Cryptomattes. The stage computes the same
+  // samples as the frame, unless the sampler's weights depend on the sample count.
   std::unique_ptr<RenderJob> prepare_stage(const OpenScene& scene, const Camera& camera,
                                            const StageOptions& stage) const;
   // Returns the frame without creating a job. Ignores a shutter that the edits set, because only
@@ -80,7 +79,7 @@ struct RenderPlan {
   int width, height;
   Rect crop;  // the whole frame by default
   uint32_t first_sample = 0;
-  uint32_t samples_per_pixel = 0;  // of each pixel, or on average; 0: until the threshold is met
+  uint32_t samples_per_pixel = 0;  // if not is_uniform: on average; 0: until the threshold is met
   bool is_uniform = true;          // every pixel gets the same number of samples
   double time_budget_s = 0;        // as in Frame
   uint32_t seed;                   // sampling_seed()
@@ -98,13 +97,13 @@ struct RenderPlan {
   std::unique_ptr<Sampler> sampler;
 };
 
-// Returns the number of the frame in its animation: `frame` rounded down, or else the frame of the
-// turntable, which is 1 if it has none. Returns 0 if there is neither.
+// Returns the number of the frame in its animation: the setting `frame`, rounded down. If `frame`
+// is not given, returns the turntable's frame (by default 1), or 0 without a turntable.
 int64_t frame_number(const FrameSettings& settings);
 
-// Returns the seed of all samples. It differs between the frames of an animation, except with
-// `static-noise`, so that their noise is independent. It is `seed` for frame 0 without another
-// frame of a turntable.
+// Returns the seed of all samples. Without `static-noise`, each frame of an animation or turntable
+// has another seed, so that the frames' noise is independent. For frame 0, the seed is the setting
+// `seed`, unless the turntable is at another frame.
 uint32_t sampling_seed(const FrameSettings& settings);
 
 // Returns the driver of frames with these settings. Throws UsageError for an unknown name.
@@ -123,17 +122,17 @@ struct TimeLimit {
   double seconds;
   PixelStop cause;
 };
-// A frame with a time budget is stopped at its end, unless that would leave buckets without
-// samples.
+// Returns the time limit or the time budget, whichever ends first. A time budget does not stop a
+// tiled frame, because buckets would be left without samples.
 std::optional<TimeLimit> time_limit_of(const FrameSettings& settings);
 
 // Returns the error metric by which samples are allocated. The text is empty if every pixel gets
 // the same number of samples, or if the error estimate only decides which pixels are finished.
 std::string_view allocation_of(const FrameSettings& settings);
 
-// This value of `judge` means all delivered channels.
+// This value of `judge` stands for all channels that the frame delivers.
 inline constexpr std::string_view kJudgeDelivered = "delivered";
-// Returns the channels that decide about samples; empty if R G B alone do.
+// Returns the channels whose error decides how many samples a pixel gets. Empty if only R G B do.
 std::vector<JudgedChannel> judged_channels_of(const FrameSettings& settings);
 // Replaces `judge` by a list of these channels.
 void set_judged_channels(std::span<const JudgedChannel> channels, FrameSettings& settings);

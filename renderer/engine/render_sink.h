@@ -31,7 +31,7 @@ class RenderSink {
   // All samples of the tile are done. The tile is reused after the call. If this throws, the frame
   // is abandoned and render() rethrows.
   virtual void tile_finished(const FilmTile& tile) = 0;
-  // Like tile_finished(), for a tile that an earlier run finished with this many samples.
+  // Like tile_finished(), but an earlier run has finished the tile with this many samples.
   virtual void tile_loaded(const FilmTile& tile, uint64_t /*samples*/) { tile_finished(tile); }
   // This many samples of a tile come from an earlier run.
   virtual void samples_loaded(uint64_t /*count*/) {}
@@ -44,8 +44,8 @@ class RenderSink {
   // A stop request has cut a progressive driver's round short. Called like picture_changed(), but
   // only to save the frame.
   virtual void interrupted() {}
-  // Called after each part. If this returns true, a progressive driver does not finish the round,
-  // but pauses after the current parts (a few milliseconds). The pause does not change what is
+  // Called after each part. If this returns true, a progressive driver pauses after the current
+  // parts (a few milliseconds), before the round is finished. The pause does not change what is
   // rendered.
   virtual bool needs_picture() const { return false; }
   // Returns the frame's sample count at which the next picture is wanted. A progressive driver

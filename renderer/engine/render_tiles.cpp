@@ -52,7 +52,6 @@ uint64_t pixels_of(std::span<const Rect> tiles) {
 
 }  // namespace
 
-// Renders all rounds of one tile.
 void RenderJob::render_tile(RenderLoop& loop, TileOwner& owner, RenderWorker& worker,
                             FrameDriver& driver, FilmTile& film, TileResult& result) {
   const bool film_is_ahead = result.counters.samples > 0;
@@ -72,10 +71,11 @@ void RenderJob::render_tile(RenderLoop& loop, TileOwner& owner, RenderWorker& wo
   result.min_samples = driver.min_samples(film);
 }
 
-// Renders these samples of a few pixels in each tile.
+// Measures the cost of each tile: renders `samples` samples, from `first_sample` on, of a few of
+// its pixels.
 void RenderJob::measure_tiles(RenderLoop& loop, std::span<const Rect> tiles, uint32_t first_sample,
                               uint32_t samples, std::span<TileCost> costs) const {
-  // Measures about this many pixels, or this share of the pixels of a small tile.
+  // Measures about kPixels pixels of a tile, or the share kShare of a small tile.
   constexpr double kPixels = 128, kShare = 1.0 / 32;
   std::atomic<size_t> next{0};
   SilentSink sink;
@@ -108,8 +108,9 @@ void RenderJob::measure_tiles(RenderLoop& loop, std::span<const Rect> tiles, uin
   });
 }
 
-// Measures three times, since the first samples are slower than later ones, and then for about a
-// hundredth of the time. A single measurement takes about a sixth of a sample per pixel.
+// Measures three times, because the first samples are slower than later ones. Then measures until
+// kMinTime, as a fraction of the time budget, is over. A single measurement costs about as much as
+// a sixth of a sample in every pixel.
 void RenderJob::begin_budget(RenderLoop& loop, std::span<const Rect> tiles,
                              std::optional<TileBudget>& budget) const {
   constexpr uint32_t kSamples = 4, kMinSamplesPerPixel = 12, kMaxSamplesPerPixel = 96;
@@ -132,9 +133,9 @@ void RenderJob::begin_budget(RenderLoop& loop, std::span<const Rect> tiles,
       frame_.samples_per_pixel);
 }
 
-// Workers take the next tile from a counter, so that tiles begin in order however fast the threads
-// are. A thread that owns tiles is isolated: while it waits for TBB during a driver's decision, it
-// must not start work that waits for the thread's own tile.
+// Workers take the next tile from a counter, so that tiles begin in order, whatever the speed of
+// the threads. A thread that owns tiles is isolated: while it waits for TBB during a driver's
+// decision, it must not start work that waits for the thread's own tile.
 void RenderJob::render_tiles(RenderLoop& loop) {
   const std::vector<Rect> tiles = this->tiles();
   std::atomic<size_t> next{0};

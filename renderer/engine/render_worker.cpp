@@ -15,8 +15,8 @@
 namespace emberline {
 namespace {
 
-// Returns the number of dimensions of slot 0 that a camera ray uses. These are kPixelX and kPixelY
-// and, with a lens, also kLensX and kLensY. If something moves, they are all of these and kTime.
+// Returns how many sample dimensions a camera ray uses. These are kPixelX and kPixelY and, with a
+// lens, also kLensX and kLensY. If something moves, all four and kTime are used.
 int camera_dimensions(const Frame& frame) {
   return frame.moves() ? 5 : frame.camera.has_lens() ? 4 : 2;
 }
@@ -29,7 +29,7 @@ constexpr uint64_t kSamplesPerReport = 2048;
 RenderWorker::RenderWorker(const Frame& frame)
     : frame_(frame),
       seed_(frame.seed),
-      // If the first point has weight 1, so do all the others.
+      // If the first point has weight 1, all points have weight 1.
       has_sample_weights_(frame.exact_counts &&
                           frame.sampler.integration_weight(0, frame.samples_per_pixel) != 1.0f),
       samples_(frame.sampler, camera_dimensions(frame)),
@@ -42,7 +42,6 @@ RenderWorker::RenderWorker(const Frame& frame)
       path_layers_(frame.aovs),
       layer_values_(path_layers_.size()) {}
 
-// Starts a batch of consecutive samples of one pixel.
 void RenderWorker::begin_batch(int x, int y, uint32_t first_sample, int count) {
   for (int i = 0; i < count; ++i) {
     addresses_[i] = {uint32_t(x), uint32_t(y), first_sample + uint32_t(i)};
@@ -51,8 +50,8 @@ void RenderWorker::begin_batch(int x, int y, uint32_t first_sample, int count) {
   samples_.start_batch({uint32_t(x), uint32_t(y), seed_}, first_sample, count);
 }
 
-// Restarts each sample to draw its lens dimensions. These are drawn separately, because only some
-// frames need them.
+// Starts each sample again to draw its lens dimensions. sample_film_positions() does not draw them,
+// because only some frames need them.
 void RenderWorker::generate_lens_rays(std::span<const Vec2f> film) {
   Vec2f lens[kSampleLanes];
   for (int i = 0; i < count_; ++i) {

@@ -30,7 +30,7 @@ LoadLimits limits_of(const LimitOptions& options, const std::string& scene);
 // picture, so its size is not trusted.
 LoadLimits read_back_limits(int64_t pixels);
 
-// Checks that the memory estimates were right: throws InputError if the peak memory of the process,
+// Throws InputError if the memory estimates were too low: if the peak memory of the process,
 // without its libraries, has grown from `before` by more than the limit plus 10 %.
 void check_memory_growth(uint64_t before, const MemoryBudget& budget, const std::string& scene);
 

@@ -51,8 +51,7 @@ void SceneFile::read_environment(const FrameSettings& settings, LoadProgress& pr
 SceneDescription SceneFile::pose(const FrameSettings& settings, std::span<const uint64_t> held,
                                  LoadProgress& progress) {
   SceneDescription scene = gltf_->pose(load_options(settings), held, progress);
-  // Decoding the environment leaves threads idle. Meanwhile, these threads build the tables that
-  // every first hit needs.
+  // Decoding the environment leaves threads idle. They build the tables that every first hit needs.
   parallel_tasks(2, [&](size_t task) {
     if (task == 0) return read_environment(settings, progress);
     if (!scene.materials.empty()) SpecularAlbedo::prepare();

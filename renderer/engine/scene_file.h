@@ -15,8 +15,8 @@
 
 namespace emberline {
 
-// Parts of the file to read even if the settings do not need them; see GltfOptions. Edits may need
-// variants and tangents (need_tangents() in scene_edits.h).
+// Parts of the file that are read even if the settings do not need them; see GltfOptions. Edits may
+// need variants and tangents (need_tangents() in scene_edits.h).
 struct AdditionalParts {
   bool variants = false, tangents = false, nodes = false;
 };
@@ -67,8 +67,8 @@ class SceneSource {
   using Reservations = std::array<uint64_t, 4>;
 
   Reservations reserved() const;
-  // Returns the reservations made since begin(), except those that the file keeps. Adds the
-  // reservations that the file keeps to scene_reservations_.
+  // Returns the reservations made since begin(), except those for data that the file keeps. Adds
+  // the latter to scene_reservations_.
   Reservations take_reservations();
   void release(const Reservations& use);
 

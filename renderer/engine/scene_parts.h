@@ -1,4 +1,4 @@
-// The objects and lights of a scene to which settings refer.
+// The light groups, Cryptomatte ids and surface roles that the settings request for a scene.
 #pragma once
 
 namespace emberline {
@@ -7,7 +7,7 @@ class CryptomatteIds;
 class LightGroups;
 class SurfaceRoles;
 
-// A pointer is null if the settings ask for nothing of that kind. All pointers are valid until the
+// A pointer is null if the settings request nothing of that kind. All pointers are valid until the
 // scene is posed.
 struct SceneParts {
   const LightGroups* light_groups = nullptr;

@@ -28,8 +28,8 @@ using enum SettingGroup;
 using H = HelpSection;
 using S = FrameSettings;
 
-// In metres. The limit is larger than any scene, yet squared distances are still finite in double.
-// Only float rounding in the rebased scene limits the picture's precision.
+// In metres. The limit is larger than any scene, but squared distances are still finite in double.
+// The precision of the picture is limited only by float rounding in the rebased scene.
 constexpr double kMaxDistance = 1e15;
 constexpr double kMaxLensScale =
     1e9;  // f-stops may be 1e-9 to 1e9, because scenes may have any scale

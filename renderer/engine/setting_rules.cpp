@@ -146,7 +146,7 @@ AnyCondition values_of(std::string_view setting, const Table& table, const Fits&
   return values;
 }
 
-// Returns the drivers with this distribution. Drivers that sample uniformly only without a
+// Returns the drivers with this distribution of samples. Drivers that are uniform only without a
 // threshold come last, because the text of their condition is longer.
 AnyCondition drivers_of(SampleDistribution distribution, SettingCondition by_threshold) {
   AnyCondition drivers =

@@ -50,8 +50,7 @@ enum class HelpSection : uint8_t {
 };
 std::string_view title_of(HelpSection section);
 
-// The help of one option. Rows of the setting table contain it. Code that adds other options gives
-// their help itself.
+// The help of one option. For a frame setting, it is in the row of the setting table.
 struct OptionText {
   HelpSection section;
   // One line for --help, at most 70 characters. Empty: only --help-all lists the option.

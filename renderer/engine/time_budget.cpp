@@ -14,28 +14,30 @@
 namespace emberline {
 namespace {
 
-// The fractions of the time at which the plan, its first and its second correction end. The last
-// one ends late, because the frame is stopped in time, while it could not go on if it ended early.
+// The fractions of the time at which the work of the first plan, of the first correction and of the
+// second correction ends. The last one is planned too long on purpose: a frame that takes too long
+// is stopped in time, but a frame that ends early cannot continue.
 constexpr double kStages[] = {0.6, 0.93, 1.1};
 
-// How much a resumed frame grows to measure the pace.
+// The work of a resumed frame grows by this factor to measure the pace.
 constexpr double kProbe = 1.25;
 
-// The fractions of the tiles' costs after which the counts are corrected.
+// The counts are corrected when tiles with these fractions of the total cost have begun.
 constexpr double kTileCorrections[] = {0.3, 0.88};
 
 // Corrections aim at this fraction of the time, because frames then end in time on average. With 1,
 // 30 frames of six scenes ended 2.4 % late on average; with 0.98, 1.3 % early.
 constexpr double kAim = 0.99;
 
-// A correction changes the count by at most this factor, as the predictions for single tiles may be
-// wrong.
+// A correction changes the count by at most this factor, because the predictions for single tiles
+// may be wrong.
 constexpr double kMaxCorrection = 4;
 
 // The least work of a tile. It avoids divisions by 0.
 constexpr double kMinWork = 1e-9;
 
-// Multiples of the golden ratio, modulo 1, are spread evenly.
+// Returns a stride near count / phi, because multiples of the golden ratio, modulo 1, are spread
+// evenly.
 size_t spreading_stride(size_t count) {
   auto stride = size_t(std::max(1.0, double(count) / std::numbers::phi));
   while (std::gcd(stride, count) > 1) ++stride;
@@ -82,7 +84,7 @@ void TileCost::add(double work, double seconds) {
   ++count_;
 }
 
-// Paces are limited to a range around their median, as all measurements of a tile may have been
+// Limits paces to a range around their median, because all measurements of a tile may have been
 // slow.
 std::vector<double> tile_seconds(std::span<const TileCost> costs) {
   constexpr double kRange = 2;
@@ -98,7 +100,7 @@ std::vector<double> tile_seconds(std::span<const TileCost> costs) {
 }
 
 double tile_pauses(std::span<const TileCost> costs) {
-  constexpr double kMaxPauses = 4;  // one long pause shall not decide
+  constexpr double kMaxPauses = 4;  // limits the effect of one long pause
   double measured = 0, least = 0;
   for (const TileCost& cost : costs) {
     measured += cost.seconds();
@@ -126,8 +128,8 @@ void TileBudget::plan() {
   samples_ = std::clamp(wanted, least_, double(kMaxSamples));
 }
 
-// The pace is that of the work so far. Tiles in progress share it equally, helpers included. Enough
-// tiles must be finished already. Returns whether there was a correction.
+// Assumes the pace of the work so far, and that all tiles in progress advance equally fast, because
+// helpers share their work. Returns false without a correction if too few tiles are finished.
 bool TileBudget::correct() {
   const double now_s = clock_(), elapsed_s = now_s - began_s_;
   double in_progress = 0, begun = 0;
@@ -158,7 +160,7 @@ uint32_t TileBudget::begin(size_t tile) {
       all_ - left_ >= kTileCorrections[corrections_] * all_ && correct()) {
     ++corrections_;
   }
-  // Rounds up and down in turn, so that the mean is right.
+  // Carries the rounding error over to the next tile, so that the mean count is right.
   const double count = std::clamp(std::round(samples_ + rounding_), least_, double(kMaxSamples));
   rounding_ += samples_ - count;
   left_ -= costs_[tile];

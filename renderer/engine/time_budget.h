@@ -1,8 +1,8 @@
-// `time-budget`: how many samples fit into a time.
+// `time-budget`: decides how many samples fit into a given time.
 //
-// The pace of the first samples decides how much work is planned. The plan is corrected twice,
-// after three fifths of the time and shortly before its end. Work is counted in rays, as in
-// drivers/adaptive/pixel_statistics.h; only the pace is read from a clock.
+// The pace of the first samples (seconds per unit of work) decides how much work is planned. The
+// plan is corrected twice, after three fifths of the time and shortly before its end. Work is
+// counted in rays, as in drivers/adaptive/pixel_statistics.h; only the pace is read from a clock.
 #pragma once
 
 #include <cstddef>
@@ -29,8 +29,8 @@ class FrameBudget {
   // `work` is the work that an earlier run has done.
   FrameBudget(double seconds, BudgetClock clock, double work)
       : seconds_(seconds), clock_(std::move(clock)), last_work_(work) {}
-  // Returns the factor by which the work so far must grow, or nullopt if the frame ends now. Call
-  // when the driver has finished the work planned before.
+  // Call when the driver has finished its planned work. Returns the factor by which the work so far
+  // must grow, or nullopt if the frame ends now.
   std::optional<double> next_factor(double work);
 
  private:
@@ -47,7 +47,8 @@ class TileCost {
   void add(double work, double seconds);
   double work() const { return count_ > 0 ? work_ / count_ : 0; }
   double seconds() const { return count_ > 0 ? seconds_ / count_ : 0; }
-  // Returns the fewest seconds per work. Pauses of the thread only add to them.
+  // Returns the least measured seconds per work. A pause of the thread can only make a measurement
+  // longer.
   double pace() const { return pace_; }
 
  private:
@@ -55,17 +56,19 @@ class TileCost {
   int count_ = 0;
 };
 
-// Returns for each tile the seconds that a thread needs if it never pauses.
+// Returns, for each tile, the seconds that a thread without pauses needs for one sample of every
+// pixel.
 std::vector<double> tile_seconds(std::span<const TileCost> costs);
-// Returns by which factor pauses lengthened the measurements. It is above 1 on a busy machine.
+// Returns the factor by which pauses of threads lengthened the measurements. It is above 1 on a
+// busy machine.
 double tile_pauses(std::span<const TileCost> costs);
 
 // Gives each tile of a tiled driver a number of samples per pixel. Thread-safe.
 class TileBudget {
  public:
-  // `costs` has the seconds that a thread needs for one sample of every pixel of each tile.
-  // `seconds_per_work` is a first estimate of the pace of all threads together. The tiles begin
-  // now. No tile gets fewer than `least` samples per pixel, even if the time does not suffice.
+  // `costs` is the result of tile_seconds(). `seconds_per_work` is a first estimate of the pace of
+  // all threads together. The constructor starts the time of the tiles. Every tile gets at least
+  // `least` samples per pixel, even if the time does not suffice.
   TileBudget(double seconds, BudgetClock clock, std::vector<double> costs, double seconds_per_work,
              uint32_t least);
 
@@ -73,9 +76,9 @@ class TileBudget {
   // the last correction applies to small tiles and all threads end at about the same time. Tiles of
   // similar cost are spread over the whole frame, so that the first ones have the frame's pace.
   size_t tile_at(size_t n) const { return order_[n]; }
-  // The tile has its samples already.
+  // Call this instead of begin() for a tile that already has its samples.
   void skip(size_t tile);
-  // Returns the number of samples of each pixel of the tile, which begins now.
+  // Call when the tile begins. Returns its number of samples per pixel.
   uint32_t begin(size_t tile);
   void end(size_t tile);
 
@@ -94,11 +97,11 @@ class TileBudget {
   const std::vector<double> costs_;
   const std::vector<size_t> order_;
   const double seconds_per_work_, least_;
-  double samples_ = 1;      // samples per pixel of the tiles to come, at least least_
-  double left_ = 0;         // costs of the tiles to come
+  double samples_ = 1;      // samples per pixel of tiles that have not begun; at least least_
+  double left_ = 0;         // costs of the tiles that have not begun
   double all_ = 0;          // costs of all tiles
   double finished_ = 0;     // work of the finished tiles
-  double rounding_ = 0;     // sum of what rounding has taken from the counts so far
+  double rounding_ = 0;     // sum of the rounding errors of the counts so far
   size_t corrections_ = 0;  // made so far
   std::vector<Tile> begun_;
 };

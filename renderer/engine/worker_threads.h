@@ -9,13 +9,13 @@
 namespace emberline {
 
 // Limits TBB to a number of threads while this object exists. TBB starts threads on demand and ends
-// the process if a thread cannot be started. So the constructor first tests whether all threads
-// can.
+// the process if a thread cannot be started. So the constructor first tests whether all threads can
+// be started.
 class WorkerThreads {
  public:
   // 0 requests one thread per usable processor. There are fewer threads if the Slurm job has fewer
-  // processors or, with a warning, if the system cannot start as many. Throws RenderError if a
-  // number above 0 is requested and cannot be started.
+  // processors. There are also fewer, with a warning, if the system cannot start as many. Throws
+  // RenderError if a number above 0 is requested and cannot be started.
   explicit WorkerThreads(int requested);
 
   int count() const { return count_; }
@@ -30,8 +30,8 @@ class WorkerThreads {
 int usable_processors();
 
 // Handles threads that the system refuses later, for example because other processes have started
-// threads. If TBB throws on one of its own threads, the process must end. The handler then logs one
-// line and removes unfinished files.
+// threads. If TBB then throws on one of its own threads, the process must end. Before it ends, the
+// handler logs one line and removes unfinished files.
 void install_refused_thread_handler();
 
 // Returns a message about refused threads if they caused `error`; otherwise returns error.what().

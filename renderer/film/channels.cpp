@@ -105,7 +105,8 @@ void count_rays(const FilmSample& sample, uint32_t* numbers) {
   numbers[1] += sample.value.rays.scatter;
   numbers[2] += sample.value.rays.shadow;
 }
-// Rounding errors of the sums are below the precision of the depth itself, which is a float.
+// Sums in double are accurate enough for the variance: their rounding errors are below the
+// precision of the depth, which is a float.
 void add_depth_and_square(const FilmSample& sample, double* sums) {
   const auto depth = double(sample.value.first_hit.depth);
   sums[0] += depth;

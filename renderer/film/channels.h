@@ -88,8 +88,8 @@ enum class ErrorScale : uint8_t {
   kRelative,  // as a fraction of the value
 };
 
-// Groups of adjacent rows that share a block of sums: a film with one of the rows keeps the sums of
-// all rows in the group. A row with kNone has its own block.
+// Groups of adjacent rows that share a block of sums (film_layout.h). A film with one of the rows
+// keeps the sums of all rows in the group. A row with kNone has its own block.
 enum class SumGroup : uint8_t { kNone, kSurface, kPositionUv, kClamped, kShadow };
 
 std::string_view name_of(ChannelKind kind);  // "mean of hits"
@@ -116,12 +116,12 @@ struct ChannelRow {
   uint32_t sums = 0;
   float background = 0.0f;  // value if no sample hit a surface
   // For kCount, adds a sample to the row's counters, one per component. For kFirstHit, writes the
-  // sample's number; it is not called again once the number is not 0.
+  // sample's number; the film stops calling it once the number is not 0.
   void (*count)(const FilmSample& sample, uint32_t* numbers) = nullptr;
   // Writes the values of pixel i. If null, the film computes the values from the sums according to
   // `kind`.
   void (*put)(const FilmTile& film, size_t i, float* values) = nullptr;
-  // Returns the channels, if `components` cannot express them.
+  // Returns the row's channels. Set only if `components` cannot express them.
   std::vector<PictureChannel> (*channels)() = nullptr;
 
   size_t size() const { return components.empty() ? 1 : components.size(); }

@@ -11,8 +11,8 @@
 namespace emberline {
 namespace {
 
-// This maximum leaves room for more than 2^43 contributions at the limit. The unit is 2^-17 to
-// 2^-16 of the limit.
+// Largest sum, in units of unit(). A contribution at the clamping limit is 2^16 to 2^17 units, so
+// 2^43 such contributions fit.
 constexpr uint64_t kMaxUnits = uint64_t(1) << 60;
 
 double luminance_of(const std::array<uint64_t, 3>& sum) {
@@ -26,7 +26,7 @@ ClampedLight::ClampedLight(float limit, int groups)
   assert(limit > 0.0f && std::isfinite(limit));
 }
 
-// Returns a power of two, so that only the added values are rounded.
+// Returns a power of two, so that only rounding to whole units loses precision.
 double ClampedLight::unit() const { return std::ldexp(1.0, std::ilogb(limit_) - 16); }
 
 void ClampedLight::add(Sum* sum, const Rgb& radiance) const {

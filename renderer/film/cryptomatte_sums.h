@@ -3,9 +3,9 @@
 // transparency", SIGGRAPH 2015 posters; specification 1.2).
 //
 // For each kind, a pixel keeps a list of ids, and for each id the summed filter weights of the
-// samples that saw it. If the list is full, a new id replaces the id with the smallest sum. The
-// smallest sum is then added to the dropped weight, so no weight is lost. The list depends only on
-// the samples, because one owner adds them in index order.
+// samples that saw it. If the list is full, a new id replaces the id with the smallest sum, which
+// is added to the list's dropped weight, so no weight is lost. The list does not depend on the
+// schedule, because one owner adds a pixel's samples in index order.
 #pragma once
 
 #include <cstddef>

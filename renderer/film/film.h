@@ -44,21 +44,22 @@ class FilmTile {
   bool add(int x, int y, const FilmSample& sample);
   void prefetch(int x, int y) const { layout_.prefetch(pixel(index(x, y))); }
   void add_time(int x, int y, double seconds);
-  // `judged` is the index of the channel that kept the pixel going, below kMaxJudged.
+  // `judged` is the index, in the setting `judge`, of the channel that needed the pixel's last
+  // samples. It is below kMaxJudged.
   void set_stop(int x, int y, PixelStop stop, uint32_t judged = 0);
   // Whether set_sample_variance() has an effect.
   bool stores_sample_variance() const {
     return extras().sample_variance && aovs().contains(Aov::kVariance);
   }
-  // Sets the variance of one sample of pixel i. The variance must be finite, and the pixel must
-  // have samples. A driver calls this if it knows the variance better than the film does. The
-  // variance of the mean is this value divided by the sample count. The value holds until the next
-  // call, so later samples are assumed to be as noisy as earlier ones.
+  // Sets the per-sample variance of pixel i; the variance of the mean is this value divided by the
+  // sample count. The value must be finite, and the pixel must have samples. A driver calls this if
+  // it knows the variance better than the film does. The value holds until the next call, so later
+  // samples are assumed to be as noisy as earlier ones.
   void set_sample_variance(size_t i, const Rgb& variance);
   // Sets the part of a merged frame that the tile comes from; the first part is 1.
   void set_part(uint32_t part) { part_ = part; }
-  // Sets each pixel's stop according to its sample count: `complete` for `budget` samples, kNone
-  // for 0, otherwise `unfinished`.
+  // Sets each pixel's stop reason according to its sample count: `complete` for `budget` samples,
+  // kNone for 0, otherwise `unfinished`.
   void mark_stops(uint32_t budget, PixelStop complete, PixelStop unfinished);
 
   uint32_t sample_count(int x, int y) const;
@@ -79,8 +80,8 @@ class FilmTile {
   void put_layer(size_t i, PathLayer layer, float* rgb) const;
   // Writes the values of a row of film_channels().
   void put_row(const ChannelRow& row, size_t i, float* values) const;
-  // Returns the share of the pixel's samples that put_row() is about: those that hit a surface,
-  // those that see no object in front of a catcher, or all of them.
+  // Returns the fraction of the pixel's samples that determine the values of put_row(): the samples
+  // that hit a surface, the samples that see a catcher or the background, or all samples.
   double share_of_samples(const ChannelRow& row, size_t i) const;
   double variance_of_mean(size_t i, size_t channel) const;
   uint32_t part() const { return part_; }
@@ -91,8 +92,8 @@ class FilmTile {
   };
   Surface surface(int x, int y) const;
 
-  // These functions take a pixel index, which counts row by row from rect().y0. The film must have
-  // the block.
+  // The following functions take a pixel index, which counts row by row from rect().y0. The film
+  // must have the block that a function reads.
   bool has(Sums block) const { return layout_.has(block); }
   template <class T>
   const T* block(Sums block, size_t i) const {
@@ -112,11 +113,11 @@ class FilmTile {
   // Copies the sums and the override of a pixel from a tile with the same channels.
   void copy_pixel(const FilmTile& from, int x, int y);
   // Adds the samples of another film, which must be independent of this film's. The films must have
-  // the same pixels, channels and extras. Overrides are averaged, each weighted by its
-  // sample count.
+  // the same pixels, channels and extras. Overrides are averaged, each weighted by its sample
+  // count.
   void add_film(const FilmTile& other);
-  // Overrides the R G B A of a pixel, for pixels that are filled from their neighbours or averaged
-  // differently. The other channels and the sample count do not change.
+  // Overrides the R G B A of a pixel, for pixels that are filled in from their neighbours or whose
+  // samples are not simply averaged. The other channels and the sample count do not change.
   void set_override(int x, int y, const float* rgba);
   // Sets the means of the light groups of a pixel without samples.
   void override_lights(int x, int y, std::span<const Rgb> means) {

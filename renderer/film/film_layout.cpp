@@ -79,7 +79,7 @@ struct Seconds {
 struct Stop {
   uint8_t value;
   void merge(const Stop& more) { value = more.value; }
-  bool is_valid() const { return true; }  // every byte is a reason and a channel
+  bool is_valid() const { return true; }  // every byte encodes a reason and a channel
 };
 
 struct Halves : HalfSums {
@@ -133,7 +133,8 @@ struct NumberBlock {
   static bool is_valid() { return true; }
 };
 
-// The light by group or by layer. With kSecondHalf, only the second half of the samples counts.
+// Light sums by light group or by light-path layer. With kSecondHalf, only the samples of the
+// second half are added.
 template <const LightGroupValues* FilmSample::*kValues, bool kSecondHalf = false>
 struct LightBlock : LightGroupSums {
   LightBlock(const FilmLayout& layout, const Part& part, const FilmPixel& at)
@@ -155,7 +156,7 @@ struct MatteBlock : CryptomatteSums {
   }
 };
 
-// Storage that belongs to the preceding block, whose add(), merge() and is_valid() handle this
+// More storage for the preceding block, whose add(), merge() and is_valid() also handle this
 // storage.
 struct SecondaryBlock {
   SecondaryBlock(const FilmLayout&, const Part&, const FilmPixel&) {}

@@ -1,4 +1,5 @@
-// The sums that a film keeps for each pixel, as blocks chosen by the channels in use.
+// The sums that a film keeps for each pixel. They are divided into blocks, and the channels in use
+// decide which blocks a film has.
 //
 // A block knows how to add a sample, merge the sums of two films and validate loaded sums. Copying
 // and saving work the same way for all blocks. Each block is a plane of the film's single buffer,
@@ -28,8 +29,8 @@ struct PixelSums {
   double samples() const { return double(count[0]) + double(count[1]); }
 };
 
-// Sums of velocities in pixels per frame, over the samples that hit a surface, or over all samples
-// if none did.
+// Sums of velocities in pixels per frame. They are over the samples that hit a surface, or over all
+// samples if none did.
 struct VelocitySums {
   double x, y;
   uint32_t count;
@@ -89,7 +90,7 @@ class FilmLayout {
     bool hits_only = false;
   };
   const FilmContents& contents() const { return contents_; }
-  // All parts in the order of Sums, including those that the film lacks.
+  // All parts (one per block) in the order of Sums, including the blocks that the film lacks.
   const std::vector<Part>& parts() const { return parts_; }
   const Part& part(Sums block) const { return parts_[size_t(block)]; }
   bool has(Sums block) const { return part(block).bytes > 0; }

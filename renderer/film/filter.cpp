@@ -34,8 +34,8 @@ double mitchell(double x) {
   return -7.0 / 18.0 * (2.0 - t) * (2.0 - t) * (t - 8.0 / 7.0);
 }
 
-// The radii follow production renderers: Blackman-Harris spans three pixels as in Cycles, which
-// doubles its setting of 1.5 px; the Gaussian and Mitchell have pbrt-v4's radii.
+// The radii follow production renderers: Blackman-Harris spans three pixels, as in Cycles, whose
+// setting of 1.5 px is half the span; the Gaussian and Mitchell have pbrt-v4's radii.
 constexpr FilterEntry kFilters[] = {
     {"box",
      "the square of the pixel: the sharpest filter without ringing, but also the one with the most "
@@ -71,8 +71,8 @@ PixelFilter::PixelFilter(const FilterEntry& entry, float radius)
     const double f = entry.profile(double(i) / kBins);
     magnitude[i] = std::abs(f) < negligible ? 0.0 : std::abs(f);
   }
-  // Sums the areas of the trapezoids. A bin's sign is the sign of the profile in the middle of the
-  // bin.
+  // Integrates |f| with the trapezoidal rule. A bin's sign is the sign of the profile in the middle
+  // of the bin.
   double cdf[kBins + 1] = {};
   double signed_sum = 0.0;
   for (int i = 0; i < kBins; ++i) {

@@ -1,9 +1,9 @@
-// The radiance from each light group for each sample of a batch. The integrator passes it to the
+// The radiance from each light group for each sample of a batch. The integrator fills it in for the
 // film.
 //
 // A group is an index (renderer/scene/light_groups.h). For each sample, one bit per group marks the
-// values in use. Other values are neither cleared nor added, so groups whose light does not reach a
-// sample cost nothing.
+// values in use. The other values are neither cleared nor read, so a group whose light does not
+// reach a sample costs nothing.
 #pragma once
 
 #include <bit>

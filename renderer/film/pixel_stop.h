@@ -19,8 +19,8 @@ enum class PixelStop : uint8_t {
 };
 std::string pixel_stop_name(PixelStop stop);  // for messages to the user
 
-// A value of the `stop` channel is the reason plus kStopReasons times the index of the channel that
-// kept the pixel going (setting `judge`); the index is 0 if only R G B is judged.
+// A value of the `stop` channel is reason + kStopReasons * index. The index says which channel of
+// the setting `judge` needed the pixel's last samples; it is 0 if only R G B is judged.
 inline constexpr uint32_t kStopReasons = 8, kMaxJudged = 32;
 inline uint8_t stop_value(PixelStop reason, uint32_t judged = 0) {
   return uint8_t(uint32_t(reason) + kStopReasons * judged);

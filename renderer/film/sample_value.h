@@ -20,7 +20,7 @@ struct FirstHit {
   Vec2f uv = Vec2f(0.0f);        // TEXCOORD_0, V upwards; 0 if absent
   float roughness = 0.0f;        // as in glTF
   float metallic = 0.0f;
-  float ambient_visibility = 0.0f;  // 1 if a direction above the surface is open, else 0
+  float ambient_visibility = 0.0f;  // 1 if a random direction above the surface is open, else 0
   uint32_t id = 0;                  // 1 + instance index; 0: no hit
   uint32_t material = 0;            // 1 + material index
   // In pixels per frame, to the right and up; finite. The background's velocity if nothing was hit.
@@ -49,9 +49,9 @@ struct SampleValue {
   Rgb clamped = Rgb(0.0f);  // radiance removed by IntegratorSettings::clamp_indirect
 };
 
-// Denoiser features of a sample. The features look through smooth mirrors and smooth clear glass:
-// they are those of the first other surface, or of the background. A pixel's mean of each value is
-// linear in the fraction of the pixel that a surface covers.
+// Denoiser features of a sample. They describe the first surface that is neither a smooth mirror
+// nor smooth clear glass, or the background. The mean of each value over a pixel is linear in the
+// fraction of the pixel that a surface covers.
 struct DenoiserFeatures {
   // Directional albedo plus emission, tinted by the mirrors and glass in front of the surface; at
   // most 1. If no surface is seen, this is the background's radiance.
@@ -72,10 +72,10 @@ bool is_finite(const DenoiserFeatures& features);
 // Light received by shadow catchers in one sample.
 struct CatcherSample {
   Rgb received = Rgb(0.0f);    // irradiance from the lights
-  Rgb unshadowed = Rgb(0.0f);  // the same if only the plate's objects blocked light
-  float catcher = 0.0f;        // visible share of a catcher: 1, or less behind panes
-  float hidden = 0.0f;         // the same, but 0 unless the catcher itself is hidden
-  float background = 0.0f;     // visible share of the background
+  Rgb unshadowed = Rgb(0.0f);  // the same if only catchers and holdouts blocked light
+  float catcher = 0.0f;        // how much of a catcher the sample sees: 1, or less through glass
+  float hidden = 0.0f;         // equal to `catcher` if the catcher is not rendered, else 0
+  float background = 0.0f;     // how much of the background the sample sees
 };
 bool is_finite(const CatcherSample& sample);
 

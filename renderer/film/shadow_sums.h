@@ -1,4 +1,5 @@
-// The light that shadow catchers receive: with the whole scene, and with the plate's objects only.
+// The light that shadow catchers receive from the whole scene, and the light that they would
+// receive if only catchers and holdouts blocked light.
 #pragma once
 
 #include <cstdint>
@@ -15,8 +16,8 @@ void add_shadow(const FilmSample& sample, double* sums);
 // Writes the R G B factor for the plate, in [0, 1]: received over unshadowed light on catchers, 1
 // elsewhere.
 void put_shadow(const double* sums, float* rgb);
-// Returns how much of the pixel's samples put_shadow() is about: those that see a catcher or
-// nothing.
+// Returns the sum of the weights of the samples that see a catcher or the background. Only these
+// samples determine the factor of put_shadow().
 double shadow_weight(const double* sums);
 // Returns the alpha of the shadows on hidden catchers, summed over the pixel's samples.
 double shadow_alpha(const double* sums);

@@ -15,8 +15,8 @@ namespace {
 // If a neighbour has less than this fraction of the pixel's sample count, sharing may add more
 // noise than it removes.
 constexpr float kMinSampleRatio = 0.5f;
-// If the sum of weights is smaller than this, sharing is not used. The expectation of the sum is 1,
-// but with negative filter lobes the sum may be smaller.
+// If the sum of the weights at a pixel is smaller than this, sharing is not used there. The
+// expectation of the sum is 1, but with negative filter lobes the sum may be smaller.
 constexpr float kMinWeight = 0.25f;
 
 constexpr size_t kSums = 3;  // R G B, which replace kSharedValues

@@ -32,9 +32,9 @@ double angle_between(const Vec3f& a, const Vec3f& b) {
 }
 
 // Returns bounds that hold at all steps and during the motion between them. Between consecutive
-// steps, points move along a line or an arc of less than an eighth of a turn. Such an arc leaves
-// the box around its ends by less than a quarter of the distance between the ends. Along the arc,
-// the axis turns by no more than the angle between its directions at the ends.
+// steps, points move along a line or an arc of less than an eighth of a turn. Such an arc bulges
+// out of the box around its ends by less than a quarter of the distance between the ends. Along the
+// arc, the axis turns by no more than the angle between its directions at the ends.
 EmitterBounds swept_bounds(std::span<const EmitterBounds> steps) {
   EmitterBounds all;
   Vec3f axis(0.0f);

@@ -19,18 +19,17 @@ using sky_tiles::kColumns;
 using sky_tiles::kCount;
 using sky_tiles::kRows;
 
-// The weight of unguided samples, which are chosen by light alone, relative to guided samples is
-// kUnguidedShare + kUnguidedPoints / (1 + number of the region's survey points). We chose both
-// values.
+// Unguided samples are chosen by light alone. Their weight relative to guided samples is
+// kUnguidedShare + kUnguidedPoints / (1 + survey points in the region). We chose both values.
 constexpr double kUnguidedShare = 0.3, kUnguidedPoints = 1.0;
 // A region that sees less than this fraction of all light is not guided, since its factors could
 // overflow float.
 constexpr double kMinVisibleLight = 1e-9;
-// Lower bound on the mean weight that the tables leave out of a tile's texels, as a fraction of the
-// largest weight that the tables leave out of any texel.
+// The residual of a texel is the weight that MIS compensation removed from it. kMinResidual is a
+// lower bound on the mean residual of a tile, as a fraction of the largest possible residual.
 constexpr double kMinResidual = 1e-3;
 // The residual of a tile is averaged over a grid of texels. Along each side of the tile, the grid
-// has at least this many texels (or all, if there are fewer), but less than twice as many.
+// has at least this many texels (or all, if there are fewer) and fewer than twice this many.
 constexpr int kTexelsPerSide = 16;
 
 // Returns the last entry of the running sums [first, last] that begins at or before `at`. Requires
@@ -205,8 +204,8 @@ void EnvironmentGuide::build_region(int region) {
   build_running_sums([&](int row) { return row_shares[row]; }, kRows, rows);
 }
 
-// Chooses the row of tiles by u.y and the column by u.x. Both numbers keep their stratification.
-// They are rescaled to the position within the tile.
+// Chooses the row of tiles by u.y and the column by u.x. Both numbers are rescaled to the position
+// within the tile, so they stay stratified.
 int EnvironmentGuide::choose_tile(int region, Vec2f* u) const {
   const float* const rows = &sums_[size_t(region) * kSums];
   const auto choose = [](const float* sums, int count, float* number) {
@@ -254,7 +253,7 @@ void EnvironmentGuide::choose_uniformly(int tile_index, const Vec2f& u, float* c
                                         float* row) const {
   const Tile& tile = tiles_[size_t(tile_index)];
   *column = float(tile.first_column) - 0.5f + u.x * float(tile.end_column - tile.first_column);
-  // `down` is 1 - y and `up` is 1 + y. One of them is small near a pole.
+  // `down` is 1 - y and `up` is 1 + y, so sin^2 theta = down x up.
   const double down = (1 - tile.top) + double(u.y) * (tile.top - tile.bottom), up = 2 - down;
   const float theta = fast_atan2(float(std::sqrt(std::max(0.0, down * up))), float(1 - down));
   *row = theta * light_.row_scale_ - 0.5f;

@@ -25,8 +25,8 @@ namespace emberline {
 
 struct GuidedRequest {
   int region = SkyRegions::kNone;
-  // Chooses between the part of a tile's light that is in the tables and the part that MIS
-  // compensation removed from them.
+  // A random number that chooses between two parts of a tile's light: the part in the tables, and
+  // the part that MIS compensation removed from the tables.
   float u_part = 0.0f;
   Vec2f u;  // chooses the direction
 };
@@ -49,8 +49,8 @@ class EnvironmentGuide {
     return regions_.find(point, normal);
   }
   void sample(std::span<const GuidedRequest> requests, EnvironmentSample* out) const;
-  // Like EnvironmentLight::radiance_and_pdf(), but with the density that sample() has in the region
-  // of each direction.
+  // Like EnvironmentLight::radiance_and_pdf(), but the density of directions[i] is that of sample()
+  // in regions[i].
   void radiance_and_pdf(std::span<const Vec3f> directions, std::span<const int> regions,
                         Rgb* radiance, float* pdf) const;
 
@@ -68,8 +68,8 @@ class EnvironmentGuide {
     double table_mass = 0;     // probability of these texels in the light's tables
     double residual_mass = 0;  // light that the tables leave out, in the unit of table_mass
   };
-  // A choice among those texels of a row that are in a tile. [first, last] are the running sums of
-  // these texels, and `along` is a position in their range.
+  // A choice among the texels of one row within a tile. [first, last] are their running sums, and
+  // `along` is a position in the range of these sums.
   struct RowChoice {
     const uint32_t* first = nullptr;
     const uint32_t* last = nullptr;
@@ -100,7 +100,7 @@ class EnvironmentGuide {
   SkyRegions regions_;
   std::vector<Tile> tiles_;
   double mass_ = 0;                                // of all tiles
-  std::vector<int> tile_of_row_, tile_of_column_;  // their sum is a texel's tile
+  std::vector<int> tile_of_row_, tile_of_column_;  // a texel's tile: sum of its two entries
   std::vector<double> row_sums_;         // per column of tiles: running sums over the map's rows
   std::vector<float> residual_density_;  // per tile: residual_mass / solid_angle
   // For each region, factors_ has the density of each tile relative to the light's own density.

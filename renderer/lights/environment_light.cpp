@@ -52,7 +52,7 @@ Color4 load(const void* texels, size_t index) {
   return load(static_cast<const Texel*>(texels) + 3 * index);
 }
 
-// Applies a lower limit to a number that is then converted to an integer. NaN becomes the limit.
+// Returns max(x, limit), or limit for NaN, so that the result can be converted to an integer.
 float clamp_below(float x, float limit) { return x > limit ? x : limit; }
 
 // Samples a tent filter, by the inverse of its integral. Maps r in [0, 1) to [-1, 1].
@@ -60,7 +60,7 @@ float sample_tent(float r) {
   return r < 0.5f ? std::sqrt(2.0f * r) - 1.0f : 1.0f - std::sqrt(2.0f * (1.0f - r));
 }
 
-// Samples a position relative to the row's centre, in rows, in proportion to the row's bilinear
+// Samples an offset from the row's centre, in units of rows, in proportion to the row's bilinear
 // weight. The weight is a tent, but in the first and last row it is 1 between the map's edge and
 // the row's centre. Each side of the centre is chosen with probability 1/2.
 float sample_row_shape(int row, int height, float r) {
@@ -70,8 +70,8 @@ float sample_row_shape(int row, int height, float r) {
 }
 
 // Returns the integral of a row's bilinear weight times sin theta, which is the row's solid angle
-// divided by 2 pi. There are closed forms for tents (interior rows) and for clamped half tents (the
-// first and the last row).
+// divided by 2 pi. The weight of an interior row is a tent. In the first and the last row, the tent
+// is clamped at the map's edge, and the closed form differs.
 double row_weight(int row, int height) {
   const double step = kPiD / height;
   if (height == 1) return 2.0;
@@ -124,14 +124,15 @@ void EnvironmentLight::adjust(const EnvironmentAdjustment& adjustment) {
   const auto& [strength, tint, rotation_degrees] = adjustment;
   factor_ = color4(tint * strength);
   constant_ = to_working_space(map_constant_ * (tint * strength));
-  // `tinted` is the tint's effect on a grey map. It is exactly 1 without a tint. It only affects
-  // how often this light is chosen, so the exact mean of a coloured map is not worth another pass.
+  // `tinted` is the factor by which the tint changes the mean luminance of a grey map. It is
+  // exactly 1 without a tint. The mean decides only how often this light is chosen, so the exact
+  // mean of a coloured map is not worth another pass over its texels.
   const double tinted = double(luminance(tint)) / double(luminance(Rgb(1.0f)));
   mean_luminance_ = std::min(map_mean_luminance_ * double(strength) * tinted,
                              double(std::numeric_limits<float>::max()));
   if (!(mean_luminance_ > 0)) mean_luminance_ = 0;
   // Rotating the map by +90 degrees moves +X (phi = 0) to -Z (phi = -90), so lookups use phi +
-  // rotation. The offset is in [-0.5, width - 0.5), so columns are within one width of the map.
+  // rotation. The offset is in [-0.5, width - 0.5), so columns are at most one width off the map.
   double turns = 0.5 + double(rotation_degrees) / 360.0;
   turns -= std::floor(turns);
   column_offset_ = float(turns * width_ - 0.5);

@@ -2,13 +2,13 @@
 //
 // A direction has the map coordinates u = 0.5 + atan2(z, x) / 2 pi and v = acos(y) / pi. The top
 // row is at +Y. u wraps around, and v is clamped. Radiance is the bilinear interpolation of texels.
-// The sampling density is the bilinear interpolation of per-texel weights (luminance x solid angle,
-// MIS-compensated after Karlik et al. 2019, "MIS Compensation: Optimizing Sampling Techniques in
-// Multiple Importance Sampling"), so even a sun that is one texel large is sampled in proportion to
-// its radiance.
+// The sampling density is the bilinear interpolation of per-texel weights, so even a sun that is
+// one texel large is sampled in proportion to its radiance. The weight of a texel is luminance x
+// solid angle, reduced by MIS compensation (Karlik et al. 2019, "MIS Compensation: Optimizing
+// Sampling Techniques in Multiple Importance Sampling").
 //
 // A sun (SunDisc) may be in front of the map. Half of the samples go to the sun, or fewer if the
-// sun is dim, and the densities of the sun and the map are added.
+// sun is dim. The density of a direction is that of the mixture of sun and map samples.
 //
 // All const functions are pure and thread-safe. Directions are unit vectors in world space.
 #pragma once
@@ -53,7 +53,7 @@ struct EnvironmentLightSettings {
   const ColourMatrix* to_working = nullptr;  // converts the radiance; copied
 };
 
-// Settings that can change without reading the map.
+// Settings that can change without rebuilding the sampling tables.
 struct EnvironmentAdjustment {
   float strength = 1.0f;
   Rgb tint = Rgb(1.0f);
@@ -70,7 +70,7 @@ class EnvironmentLight {
   EnvironmentLight(std::shared_ptr<const Image> image, float strength, float rotation_degrees,
                    const EnvironmentLightSettings& settings = {});
   ~EnvironmentLight();
-  // Returns the memory that sampling an image needs besides its texels: two words per texel.
+  // Returns the memory of the sampling tables of an image, without its texels: two words per texel.
   static uint64_t table_bytes(const Image& image);
 
   // Changes strength, tint and rotation. The light is then bit-identical to a new light with these
@@ -84,8 +84,8 @@ class EnvironmentLight {
   EnvironmentSample sample(const Vec2f& u) const;
   // Takes up to kRayBatch samples at once, so that cache misses in the large tables overlap.
   void sample(std::span<const Vec2f> u, EnvironmentSample* out) const;
-  // Compute radiance and density together, for rays that leave the scene. This costs little more
-  // than computing one of them.
+  // Compute radiance and density, for rays that leave the scene. Computing both costs little more
+  // than computing one.
   void radiance_and_pdf(std::span<const Vec3f> directions, Rgb* radiance, float* pdf) const;
   Rgb radiance_and_pdf(const Vec3f& direction, float* pdf) const;
 
@@ -97,9 +97,8 @@ class EnvironmentLight {
  private:
   friend class EnvironmentGuide;
 
-  // For each direction, holds the two columns and the two rows of the four texels around the
-  // direction, the direction's fractional position between the columns and between the rows, and
-  // the sine of its angle to the pole.
+  // The bilinear lookup of each direction: the columns and rows of the four texels around it, its
+  // fractional position between them, and the sine of its angle to the pole.
   struct BilinearTaps {
     alignas(64) int column0[kRayBatch], column1[kRayBatch], row0[kRayBatch], row1[kRayBatch];
     alignas(64) float to_column1[kRayBatch], to_row1[kRayBatch], sin_theta[kRayBatch];
@@ -110,7 +109,7 @@ class EnvironmentLight {
   void find_taps(size_t count, const float* column, const float* row, BilinearTaps* out) const;
   void find_taps(std::span<const Vec3f> directions, BilinearTaps* out) const;
   struct Corners;
-  // The weights of the four texels in the density of a direction.
+  // The sampling weights of the four texels around a direction.
   struct CornerWeights {
     float upper0, upper1, lower0, lower1;
   };
@@ -122,7 +121,7 @@ class EnvironmentLight {
   float density_of(const CornerWeights& weights, const BilinearTaps& p, size_t i) const;
   void radiance_and_pdf(std::span<const Vec3f> directions, BilinearTaps* taps, Rgb* radiance,
                         float* pdf) const;
-  // Return the texel coordinates of a sample near the centre of the chosen texel, for r in [0, 1).
+  // Sample a texel coordinate around the centre of the chosen column or row, for r in [0, 1).
   static float sample_column(int column, float r);
   float sample_row(int row, float r) const;
   // Converts texel coordinates to samples and their BilinearTaps.

@@ -17,9 +17,9 @@ void build_fixed_cdf(std::span<const double> weights, uint32_t* sums, uint32_t* 
     std::fill(guide, guide + cells + 1, 0u);
     return;
   }
-  // The first pass, upwards, rounds the sums and gives each positive weight at least one step. The
-  // sums may then exceed the total. So the second pass, downwards, removes the excess, and again
-  // leaves each positive weight at least one step.
+  // The forward pass rounds the sums and gives each positive weight at least one step. The sums may
+  // then reach the total too early. So the backward pass lowers them where needed, and again leaves
+  // each positive weight at least one step.
   double sum = 0;
   for (size_t i = 0; i < count; ++i) {
     sum += weights[i];

@@ -1,14 +1,14 @@
 // A discrete distribution, stored as running sums in 32-bit fixed point with a guide table.
 //
-// The probability of an entry is the exact difference of two integers, so the probability of being
-// sampled and the reported probability agree to the last bit. Each entry needs only one word. With
-// floats, differences of running sums would lose precision, and even the sum of weights would be
-// inexact (off by a third for a 16k x 8k map). An entry of positive weight, however small, has at
-// least one step of 2^-32, so the density is positive wherever the weight is.
+// The probability of an entry is the exact difference of two integers, so an entry is sampled with
+// exactly the reported probability. Each entry needs only one word. With float running sums,
+// differences would lose precision, and even the total would be inexact (off by a third for a 16k x
+// 8k map). An entry of positive weight, however small, gets at least one step of 2^-32, so its
+// density is positive.
 //
 // The guide table follows Chen & Asau 1974, "On Generating Random Variates from an Empirical
-// Distribution". The chosen entry is monotone in u, which it would not be with an alias table, so
-// stratified numbers stay stratified.
+// Distribution". The chosen entry is monotone in u, so stratified numbers stay stratified. With an
+// alias table, it would not be monotone.
 #pragma once
 
 #include <cstddef>

@@ -105,7 +105,7 @@ class LightBvh {
   // light arrives. Empty if no emitter has a finite reach.
   std::vector<std::array<float, 2>> reaches2_;
   std::vector<uint64_t> paths_;  // per emitter: bit k is the child to take at depth k
-  uint32_t root_ = 0;            // a link
+  uint32_t root_ = 0;            // as LightBvhChild::link
   float scale_ = 1.0f;
   int depth_ = 0;
 };

@@ -1,6 +1,6 @@
-// The results of a view's light survey (renderer/scene/light_survey.h) for LightSampler: the
-// probabilities of the kinds of light, and the visible parts of the environment. They affect only
-// the noise of an image.
+// The results of a view's light survey (renderer/scene/light_survey.h), which LightSampler uses:
+// factors for choosing a kind of light (environment, directional or finite), and the visible parts
+// of the environment. The results affect only the noise of an image.
 #pragma once
 
 #include <memory>
@@ -14,9 +14,9 @@ class EnvironmentGuide;  // environment_guide.h
 // for finite lights.
 struct KindFactors {
   float environment = 1.0f, directional = 1.0f;
-  // Infinite lights get at least this fraction of the samples, and so do finite lights. Without a
-  // survey, neither kind's irradiance is known well: walls may hide the sky from a room, or a lamp
-  // may face away. We chose the value.
+  // Infinite lights (environment and directional) get at least this fraction of the samples, and so
+  // do finite lights. Without a survey, both irradiances are rough estimates: walls may hide the
+  // sky from a room, or a lamp may face away. We chose the value.
   float min_share = 0.2f;
   // The minimum number of samples for directional lights above the horizon, as a fraction of the
   // number of samples for the environment.
@@ -27,7 +27,7 @@ struct KindFactors {
 
 struct LightGuide {
   KindFactors factors = {};
-  std::shared_ptr<const EnvironmentGuide> environment = {};  // null: sampled by light alone
+  std::shared_ptr<const EnvironmentGuide> environment = {};  // null: visibility is ignored
 
   std::string describe() const;  // for the report
 };

@@ -196,7 +196,8 @@ LightSampler::InfiniteChoice LightSampler::weigh_infinite(const LightQuery& quer
     // The irradiance that the environment would cause if it were uniform.
     const float irradiance = kPi * environment_->mean_luminance() * factors.environment;
     choice.environment = std::min(irradiance, kMaxWeight);
-    // Keep a minimum: the survey may have missed a sun, which only light sampling can find.
+    // Directional lights keep a minimum weight: the survey may have missed a sun, which only light
+    // sampling can find.
     const float minimum = choice.environment * factors.min_directional;
     if (choice.total > 0.0f && choice.total < minimum) [[unlikely]] {
       choice.directional_factor *= minimum / choice.total;

@@ -34,7 +34,7 @@ struct EmissiveTriangle {
   bool two_sided = false;
   bool moves = false;                 // EmitterMotion provides its position
   bool has_visibility_times = false;  // EmitterMotion provides its visibility
-  uint32_t instance = 0;              // the integrator finds material and attributes by it
+  uint32_t instance = 0;              // tells the integrator the material and attributes
   uint32_t primitive = 0;
 };
 
@@ -101,7 +101,7 @@ struct PointLight : PointLightState {
 // A point at which illumination is requested.
 struct LightQuery {
   Vec3f point;
-  Vec3f normal;             // of the receiving hemisphere; `both_sides` ignores its sign
+  Vec3f normal;             // of the receiving hemisphere; either sign if both_sides
   bool both_sides = false;  // the surface transmits, so it also receives light from behind
   float time = 0.0f;        // as in Ray
 };
@@ -162,9 +162,9 @@ class LightSampler {
   // triangle. The function takes O(depth of the light BVH) time.
   float pdf_triangle(const LightQuery& query, uint32_t index, float distance,
                      const LightGuide* guide = nullptr) const;
-  // Returns the probability of picking the environment, which is the factor of the density that
-  // does not depend on the direction. EnvironmentLight::radiance_and_pdf() returns the other
-  // factor.
+  // Returns the probability of picking the environment. The density of a direction is this
+  // probability times the pdf from radiance_and_pdf() of EnvironmentLight (or of EnvironmentGuide,
+  // with a guide).
   float environment_probability(const LightQuery& query, const LightGuide* guide = nullptr) const;
   // Returns the probability of picking each kind of light. The sum is at most 1.
   std::array<float, kLightKinds> kind_probabilities(const LightQuery& query,

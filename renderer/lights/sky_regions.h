@@ -1,7 +1,7 @@
-// The visibility of the environment from the parts of a scene. A grid divides the scene into cells,
-// and each cell has six regions, one for each main direction that a surface may face. For each
-// region, the visibility of every tile of the sphere is stored. renderer/scene/light_survey.h
-// measures it with rays, and EnvironmentGuide reads it.
+// The visibility of the environment from the parts of a scene. A grid divides the scene into cells.
+// Each cell has six regions, one for the surfaces that face mainly along each axis direction (+X,
+// -X, +Y, ...). Each region stores the visibility of every tile of the sphere (sky_tiles).
+// renderer/scene/light_survey.h measures the visibility with rays, and EnvironmentGuide reads it.
 //
 // Points are in the scene's internal space; directions are unit vectors in world space. Once the
 // survey is complete, all const functions are thread-safe.
@@ -58,9 +58,9 @@ class SkyRegions {
            places_.size() * sizeof(uint32_t);
   }
 
-  // For each tile, the root mean square of visibility times the cosine at the surface. Visibility
-  // is 1 if nothing is in the way, 0 behind an opaque surface, and the transmittance of a
-  // translucent surface behind one.
+  // Returns, for each tile, the root mean square of (visibility x cosine at the surface).
+  // Visibility is 1 if nothing is in the way. It is 0 if an opaque surface is in the way, and the
+  // transmittance if a translucent surface is in the way.
   std::span<float> visibility(int region) {
     return {&visibility_[first_tile(region)], sky_tiles::kCount};
   }
@@ -81,7 +81,7 @@ class SkyRegions {
   std::array<int, 3> cells_ = {0, 0, 0};
   int count_ = 0;
   bool is_single_region_ = false;
-  std::vector<uint16_t> numbers_;  // per slot (slot_of()): region + 1, or 0 for no region
+  std::vector<uint16_t> numbers_;  // per cell and direction (slot_of()): region + 1, or 0 for none
   std::vector<float> visibility_;
   std::vector<uint32_t> places_;
 };

@@ -63,8 +63,7 @@ template <class... Coefficients>
 }
 
 // Returns the solid angle of the triangle between the unit vectors a, b, c. `volume` is |a . (b x
-// c)|. The caller passes the volume, as the caller may know a more exact value if the vectors are
-// nearly equal.
+// c)|; the caller passes it, as it may know a more exact value if the vectors are nearly equal.
 [[gnu::always_inline]] inline double solid_angle(const Vec3d& a, const Vec3d& b, const Vec3d& c,
                                                  double volume) {
   return 2.0 * angle_of(volume, 1.0 + dot(a, b) + dot(a, c) + dot(b, c));
@@ -94,12 +93,12 @@ template <class... Coefficients>
 }
 
 // Samples a direction in the spherical triangle by Arvo's method, rearranged for precision. The
-// sine and cosine of the angle alpha at a come from the normals of planes, and 1 - cos and 1 + cos
-// replace cos. Arvo's quotient is the cosine of the arc from a to a point on the side from a to c.
-// The code computes 1 minus this quotient, which equals (1 - cos area) (1 + cos c) divided by a
-// sum. Here c is the arc from a to b, and `area` the sampled part of the solid angle. The sum
-// cancels only where that point approaches the vertex c. The result is accurate even if a and b are
-// opposite, as they are when seen from the foot of a wall.
+// angle alpha at vertex a comes from the normals of two planes. Arvo chooses a point on the side
+// from a to c by the cosine of its arc from a. The code computes 1 minus this cosine instead. It is
+// the product of (1 - cos area) and (1 + cos ab), divided by a sum. Here `area` is the sampled part
+// of the solid angle, and ab is the arc from a to b (`c` in the names below). The sum cancels only
+// where the chosen point approaches vertex c. The result is accurate even if a and b are opposite,
+// as they are when seen from the foot of a wall.
 [[gnu::always_inline]] inline Vec3d sample_direction(const ProjectedTriangle& t, const Vec2f& u) {
   const Vec3d plane_ab = cross(t.a, t.b), plane_ac = cross(t.a, t.c);
   const double scale = reciprocal(std::sqrt(dot(plane_ab, plane_ab) * dot(plane_ac, plane_ac)));
@@ -117,7 +116,7 @@ template <class... Coefficients>
   sincos_to_pi(0.5 * double(u.x) * t.solid_angle, &sin_half, &cos_half);
   const double sin_area = 2.0 * sin_half * cos_half, one_minus_cos_area = 2.0 * sin_half * sin_half;
   const double cos_area = 1.0 - one_minus_cos_area;
-  const double sin_rest = fma(cos_area, sin_alpha, -(sin_area * cos_alpha));  // of alpha - area
+  const double sin_rest = fma(cos_area, sin_alpha, -(sin_area * cos_alpha));  // sin(alpha - area)
   const double ratio = one_minus_cos_area * one_plus_cos_c /
                        fma(one_minus_cos_c * sin_alpha, sin_rest, one_minus_cos_area);
   const Vec3d whole = t.c - t.a;
@@ -165,8 +164,8 @@ template <class... Coefficients>
   const Imath::Vec2<double> by_direction = intersect_plane(t, sample_direction(t, u));
   const Vec2f by_area = square_to_triangle(u);
   const bool spherical = t.spherical();
-  // Keep the weights in double. If the point is closer to the triangle than the resolution that
-  // floats have along its edges, rounded weights would change the direction.
+  // Keep the weights in double. If the point is closer to the triangle than the spacing of floats
+  // along its edges, rounded weights would change the direction.
   const double b1 = spherical ? by_direction.x : double(by_area.x);
   const double b2 = spherical ? by_direction.y : double(by_area.y);
   result.barycentric = {float(b1), float(b2)};

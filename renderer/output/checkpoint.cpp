@@ -48,8 +48,8 @@ Tiles tiles_of(const RecordFile& file) {
   return tiles;
 }
 
-// If several records have the same kind and number, checks only the last one, because the others
-// are ignored. Holds one record in memory at a time.
+// If several records have the same kind and number, checks only the last one, because readers
+// ignore the earlier ones. Holds one record in memory at a time.
 bool all_records_intact(const RecordFile& file) {
   std::map<std::pair<uint32_t, uint64_t>, RecordEntry> records;
   for (const RecordEntry& record : file.records()) {
@@ -231,7 +231,7 @@ Checkpoint::Checkpoint(const CheckpointOptions& options, const Json& head)
   thread_ = std::thread([this] { run(); });
 }
 
-// Does nothing after finish(). If an error kept finish() from being called, completes pending
+// Does nothing after finish(). If finish() was not called, because of an error, completes pending
 // writes, and removes the file if this run created it and saved nothing.
 Checkpoint::~Checkpoint() {
   if (!thread_.joinable()) return;
@@ -324,9 +324,9 @@ void Checkpoint::save(RenderJob& job) {
   wake_.notify_all();
 }
 
-// Sets the expected size of a copy. The first access to newly allocated memory takes longer than
-// the copying itself. So the background thread accesses the memory before the first save, while the
-// workers render.
+// Sets the expected size of a copy. The background thread then allocates and touches the memory
+// before the first save, while the workers render. The first access to new memory takes longer than
+// the copying itself.
 void Checkpoint::set_copy_size(uint64_t film_bytes) {
   const std::lock_guard lock(mutex_);
   copy_bytes_ = film_bytes + film_bytes / 8;  // leaves room for the driver's state, which grows
@@ -376,7 +376,7 @@ void Checkpoint::run() {
         why = path_ + ": " + error.what();
       }
       lock.lock();
-      error_.clear();  // a write replaces the whole file, so earlier errors no longer matter
+      error_.clear();  // each write replaces the whole file, so earlier errors no longer matter
       if (!why.empty()) record_failure(why);
       writing_ = false;
       busy_ = false;
@@ -403,7 +403,7 @@ void Checkpoint::run() {
 }
 
 // Reads the file back, because another program may have removed, replaced, truncated or overwritten
-// it. If another program truncates the file and this run then appends to it, the file has a hole.
+// it. A file that is truncated while this run appends to it has a hole.
 void Checkpoint::check_file() {
   try {
     if (file_->owns_path()) {

@@ -42,14 +42,13 @@ namespace emberline {
 // numbered from 0, and the end record has the next number.
 inline constexpr uint32_t kTileRecord = 1, kBlockRecord = 2, kEndRecord = 3;
 
-// Throws if saving to the path would replace a file that is not a checkpoint, or would create the
-// target of a dangling link. The error is a UsageError or, with `resume`, an InputError.
+// Throws UsageError (with `resume`: InputError) if saving to the path would replace a file that is
+// not a checkpoint, or would create the target of a dangling link.
 void check_checkpoint(const std::string& path, bool resume);
 
-// Whether the checkpoint's path is the default path, OUTPUT.checkpoint. A checkpoint at the default
-// path may be replaced even if its settings differ from those of the new frame. Returns false if
-// the file is a symbolic link or has several hard links, because it could then be another frame's
-// checkpoint.
+// Whether the checkpoint's path is the default path, OUTPUT.checkpoint. A frame may replace a
+// checkpoint at its default path even if the settings differ. Returns false if the file is a
+// symbolic link or has several hard links, because it could then be another frame's checkpoint.
 bool is_default_checkpoint(const RenderOptions& options);
 // Throws UsageError if a new checkpoint with this head would replace a damaged checkpoint or the
 // checkpoint of another frame. Does not compare "inputs" if `head` has none.
@@ -65,9 +64,9 @@ void write_record_blocks(AtomicFile& file, const std::string& head,
                          std::span<const std::byte> bytes);
 
 struct CheckpointReport {
-  std::string file;                          // empty: no checkpoint was requested
-  int written = 0;                           // number of saves or, if tiled, of syncs to disk
-  uint64_t bytes = 0;                        // final file size
+  std::string file;    // empty: no checkpoint was requested
+  int written = 0;     // number of saves; for a tiled frame, number of syncs to disk
+  uint64_t bytes = 0;  // final file size
   double paused_s = 0, longest_pause_s = 0;  // total and longest pause of rendering
   bool kept = false;
   std::string error;  // why the save is incomplete; empty if it is complete
@@ -107,7 +106,7 @@ class Checkpoint final : public TileStore {
   // job renders. The saved state must not be larger than `max_bytes` bytes. Throws an InputError
   // that names the file.
   void begin(RenderJob& job, uint64_t max_bytes);
-  // For frames with one film: whether a save is due. The job must pause before it is saved.
+  // Whether a save is due. Only for frames with one film. The job must pause before it is saved.
   // Thread-safe.
   bool is_due() const;
   // Waits until the previous write has finished. Then copies the frame's state, and writes the copy
@@ -115,8 +114,8 @@ class Checkpoint final : public TileStore {
   void save(RenderJob& job);
 
   // Waits until everything is on disk. Removes the file unless `keep` is set. If the frame extends
-  // another frame, is done and its file is intact, moves the file over the other frame's
-  // checkpoint.
+  // another frame, moves the file over that frame's checkpoint, provided that this frame is done
+  // and its file is intact.
   CheckpointReport finish(bool done, bool keep);
 
  private:

@@ -185,7 +185,7 @@ FrameSettings settings_of(const Json& head, const std::string& place) {
       }
     }
   }
-  settings.plan = find_text(head, "files", "plan");  // selects the driver
+  settings.plan = find_text(head, "files", "plan");  // the plan decides which driver is used
   return settings;
 }
 

@@ -20,11 +20,11 @@ namespace emberline {
 // what loading them would throw.
 nlohmann::json input_fingerprints(const FrameSettings& settings, LoadProgress& progress);
 
-// Returns the name of the plan's file in "inputs".
+// Returns the name under which "inputs" lists the file of the sample plan.
 std::string plan_input_name();
 
-// Remembers the files that a scene was loaded from, with their size and modification time. Thus the
-// fingerprints of these files can be computed later.
+// Remembers the files that a scene was loaded from, with their size and modification time, so that
+// their fingerprints can be computed later.
 class LoadedFiles {
  public:
   LoadedFiles() = default;
@@ -47,8 +47,8 @@ class LoadedFiles {
 // Returns the head for a frame. `plan` determines the channels.
 nlohmann::json checkpoint_head(const RenderOptions& options, const RenderPlan& plan,
                                const SceneLayers& layers, const nlohmann::json& inputs);
-// Returns all settings in a head, including those that do not affect the bits. The plan is the only
-// input file whose path is among them. Throws an InputError that names `place` if the head
+// Returns all settings in a head, including those that do not affect the bits. Paths of input files
+// are left out, except that of the sample plan. Throws an InputError that names `place` if the head
 // is invalid.
 FrameSettings settings_of(const nlohmann::json& head, const std::string& place);
 // Returns the text called `name` from the head's member `part`, which is "files" (paths by setting)
@@ -56,8 +56,8 @@ FrameSettings settings_of(const nlohmann::json& head, const std::string& place);
 std::string find_text(const nlohmann::json& head, const char* part, const char* name);
 
 // Lists the differences that prevent the frame with the head `now` from resuming a checkpoint with
-// the head `then`, each in a few words. The list is empty if the resumed frame is bit-identical.
-// Settings in `ignored` may differ. `then` may be arbitrary JSON.
+// the head `then`, each in a few words. The list is empty if the resumed frame will be
+// bit-identical. Settings in `ignored` may differ. `then` may be arbitrary JSON.
 std::vector<std::string> differences(const nlohmann::json& now, const nlohmann::json& then,
                                      std::initializer_list<std::string_view> ignored = {});
 // Like differences(), but compares only the processor maker and the Embree version, because the

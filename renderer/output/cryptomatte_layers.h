@@ -26,8 +26,8 @@ const char* cryptomatte_layer_name(CryptomatteKind kind);
 std::vector<std::string> cryptomatte_channel_names(std::span<const CryptomatteKind> kinds,
                                                    int levels);
 
-// A report on one kind of matte: how many names it has, and how many pixels so far have more ids
-// than levels.
+// A report on one kind of matte: its number of names, and the number of pixels so far that have
+// more ids than can be stored.
 struct CryptomatteReport {
   CryptomatteKind kind = CryptomatteKind::kObject;
   size_t names = 0;

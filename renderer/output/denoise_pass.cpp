@@ -23,14 +23,14 @@ namespace emberline {
 namespace {
 
 constexpr int kReadRows = 64;
-// Rows per band; a small frame has fewer. The margins are filtered again for each band.
+// Rows per band; a small frame has fewer. Each band also filters the margins around it.
 constexpr int kBandRows = 384;
 // Bytes that denoise() needs per pixel, including the results, and the bytes that it needs per
 // pixel for each light group.
 constexpr uint64_t kFilterBytes = 368, kLightGroupBytes = 88;
-// Additional bytes per pixel if there are neighbours, whatever their number.
+// Additional bytes per pixel if there are any neighbouring frames. Their number does not matter.
 constexpr uint64_t kAcrossBytes = 320, kAcrossLightGroupBytes = 88;
-// Rows of a neighbour above and below those of the frame.
+// Additional rows that are read of a neighbour, above and below the frame's rows.
 constexpr int kNeighbourRows = kMotionReach + kNeighbourReach;
 static_assert(kNeighbourReach >= kVelocityReach);
 constexpr std::array kChannels = {"R", "G", "B"};
@@ -38,14 +38,14 @@ constexpr std::array kColour = {".R", ".G", ".B"};
 constexpr const char* kLightLayer = "light.";
 const std::array<std::string, 2> kVelocity = {"velocity.X", "velocity.Y"};
 
-// A feature, and by how much it may differ on the same surface in another frame.
+// A feature, and the largest difference at which a neighbour's pixel counts as the same surface.
 struct FeatureChannel {
   const char* name;
   float tolerance;
 };
 constexpr FeatureChannel kFeatures[] = {
     {"N.X", 0.1f}, {"N.Y", 0.1f}, {"N.Z", 0.1f}, {"nearness", 0.01f}};
-// Changes with what is near a surface, so it is not compared.
+// The feature that is not compared: it changes with the objects near a surface.
 constexpr const char* kUncomparedFeature = "visibility";
 
 using Names = std::span<const std::string>;
@@ -95,8 +95,8 @@ class PlaneWindow {
     for (std::vector<float>& plane : planes_) plane.reserve(size_t(rows) * width_);
   }
 
-  // Moves on, so that the window has at least rows [begin, end) of the crop. `buffer` is for the
-  // rows that are read.
+  // Moves the window down until it has at least rows [begin, end) of the crop. `buffer` is scratch
+  // space for reading.
   void move_to(int begin, int end, std::vector<float>& buffer) {
     drop_above(std::max(0, begin));
     end = std::min(crop_.height(), end);
@@ -160,7 +160,8 @@ class PlaneWindow {
   int begin_ = 0, end_ = 0;
 };
 
-// `colour_layer` is "shared." for a neighbour, because its unshared colours are not read.
+// `colour_layer` is the prefix of the colour channels. For a neighbour it is "shared.", because no
+// other colours are read.
 DenoiseInput input_of(const PlaneWindow& window, const Rect& crop,
                       std::span<const std::string> layers, const std::string& colour_layer) {
   DenoiseInput input;
@@ -240,8 +241,9 @@ class DenoisePass {
     write(picture, begin, end);
   }
 
-  // Returns, for each neighbour, the x and y positions in its window of all pixels of the frame's
-  // window. Only rows [first, last) have positions.
+  // Follows the motion of the frame's pixels to each neighbour. Returns two planes of the frame's
+  // window for each neighbour: the x and the y of each pixel in the neighbour's window. They are
+  // NaN outside rows [first, last).
   std::vector<std::vector<float>> find_positions(int first, int last) const {
     const std::vector<float> unknown(size_t(window_.rows()) * size_t(job_.crop.width()),
                                      std::numeric_limits<float>::quiet_NaN());
@@ -267,8 +269,8 @@ class DenoisePass {
     return positions;
   }
 
-  // Returns the unfiltered rows [begin, end), for use after a stop. Their error is unknown, so it
-  // is set to its upper bound.
+  // Returns the unfiltered rows [begin, end), for use after a stop request. Their error is unknown
+  // and set to its upper bound.
   DenoisedPicture unfiltered(int begin, int end) {
     constexpr float kMaxError = 0.5f;
     stopped_ = true;
@@ -292,8 +294,8 @@ class DenoisePass {
     return picture;
   }
 
-  // Gives pixels without samples the values that they have in the frame, which may come from their
-  // neighbours.
+  // Sets pixels without samples to the frame's values, which may be filled in from neighbouring
+  // pixels.
   void copy_unsampled(int begin, int end, DenoisedPicture* picture) const {
     const HalfPlanes samples = window_.halves("samples");
     const size_t first = window_.index_of(0, begin), count = window_.index_of(0, end) - first;

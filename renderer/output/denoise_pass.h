@@ -29,20 +29,20 @@ std::string describe(const DenoiseReport& report);
 
 // Returns the channels that denoise() needs but `channels` lacks.
 std::vector<std::string> missing_denoise_channels(std::span<const std::string> channels);
-// Returns the channels that denoising reads from a neighbouring frame. `channels` are those of the
-// frame, which needs all of these as well.
+// Returns the channels that denoising reads from a neighbouring frame. `channels` are the channels
+// of the frame itself, which must have all returned channels too.
 std::vector<std::string> neighbour_channels(std::span<const std::string> channels);
 // Returns the channels that denoising adds: denoised.{R,G,B}, denoised.error and, for each light
 // group, denoised.light.NAME.{R,G,B}.
 std::vector<std::string> denoise_results(std::span<const std::string> channels);
 
-// Returns the denoised R, G, B and A of `pixels`. Each pixel has the values of `channels`, followed
-// by the values of denoise_results().
+// Returns the denoised R, G, B and A of `pixels`. In `pixels`, each pixel has the values of
+// `channels`, followed by those of denoise_results().
 std::vector<float> denoised_rgba(std::span<const float> pixels,
                                  std::span<const std::string> channels);
 
 // Returns an upper bound on the memory that a DenoiseJob needs. `channels` are the channels of a
-// film, in which shared samples have not been summed yet.
+// film, before shared samples are summed (renderer/film/shared_samples.h).
 uint64_t denoise_bytes(const Rect& crop, int tile_size, std::span<const std::string> channels,
                        int rows_at_once = 1, size_t neighbours = 0);
 
@@ -66,11 +66,11 @@ struct DenoiseJob {
   RowSource rows;      // its channels must include all that denoise() needs
   int tile_size = 64;  // of the output tiles
   // Neighbouring frames whose samples are combined with the frame's, in the order of |offset|. A
-  // frame is used only if all frames between are in the list, too, because motion leads from one
-  // frame to the next.
+  // neighbour is used only if all frames between it and this frame are in the list, because motion
+  // is followed from one frame to the next.
   std::vector<DenoiseNeighbour> neighbours = {};
   // `write` receives a tile of the crop. Each pixel has the values of `rows.channels`, followed by
-  // the results. Any thread may call it.
+  // the denoising results. Any thread may call `write`.
   std::function<void(const Rect& tile, const std::vector<float>& pixels)> write;
   // After a stop request, the remaining rows are left unfiltered.
   std::stop_token stop = {};

@@ -27,7 +27,7 @@ ExposureHint::ExposureHint(const DisplayTransform& transform, float exposure)
     : exposure_(exposure), white_(white_level(transform)) {}
 
 void ExposureHint::add(std::span<const float> rgba) {
-  // The tolerance keeps a plain white background from counting as brighter than white.
+  // With this tolerance, a plain white background does not count as brighter than white.
   constexpr float kTolerance = 1.001f;
   if (white_ <= 0) return;
   std::array<uint64_t, kBins> counts{};

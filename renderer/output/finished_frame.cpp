@@ -50,7 +50,7 @@ bool is_complete_tree(const std::string& path) {
   return has_content(path) && read_json(path).is_object();
 }
 
-// Checks only the snapshots that exist, because it is unknown which moments were reached.
+// Checks only the snapshots that exist, because it is unknown how many the frame should have.
 bool are_complete_snapshots(const std::string& folder) {
   std::error_code error;
   for (std::filesystem::directory_iterator entry(folder, error), end; !error && entry != end;

@@ -22,9 +22,9 @@ struct FrameContents {
 // Returns the channels of a tile with these light-group layers.
 std::vector<PictureChannel> tile_channels(const FrameContents& contents,
                                           const std::vector<std::string>& light_layers);
-// Returns the channels of a finished frame: those of resolved_channel_names(), since the shares of
-// neighbouring pixels are summed by then (renderer/film/shared_samples.h), and, if `denoised` is
-// set, those of denoise_results().
+// Returns the channels of a finished frame: those of resolved_channel_names() and, if `denoised` is
+// set, those of denoise_results(). In a finished frame, the samples that neighbouring pixels share
+// are already summed (renderer/film/shared_samples.h).
 std::vector<PictureChannel> finished_channels(const std::vector<PictureChannel>& of_tile,
                                               bool denoised);
 

@@ -16,7 +16,7 @@ class FrameCheckpoint {
  public:
   explicit FrameCheckpoint(const RenderOptions& options) : options_(options) {}
 
-  // Locks the file that the options name, and resumes from the state in it, which must not be
+  // Locks the file that the options name, and resumes from the state in it. The state must not be
   // larger than `max_bytes` bytes. Call before the job renders. `is_default` is the result of
   // is_default_checkpoint(). For `save_now`, see CheckpointOptions. Throws what Checkpoint throws.
   void open(const nlohmann::json& head, bool is_default, const std::function<bool()>& save_now,

@@ -26,7 +26,7 @@ namespace {
 
 std::string number(double value) { return readable_number(value, 4); }
 
-// The frame's settings, as far as the header states them.
+// The settings that the frame's header states.
 struct StatedSettings {
   explicit StatedSettings(const FloatImageRows& file)
       : recorded(file.text_attributes()),
@@ -58,7 +58,7 @@ class PixelQuantity {
   std::optional<std::vector<size_t>> sources_;
 };
 
-// Totals over all pixels, and the values of the pixel to explain.
+// Sums and extremes over all pixels, and the values of the pixel to explain.
 struct FrameSummary {
   Vec2i pixel = {};
   std::vector<float> values;  // the pixel's channels
@@ -171,7 +171,8 @@ std::string describe_stop(float stop, const StatedSettings& settings) {
   return fmt::format("The value {} of its channel stop is unknown.\n", number(double(stop)));
 }
 
-// Returns which of several judged channels needed the pixel's last samples.
+// Returns a sentence that names the channel for which the pixel got its last samples. Returns ""
+// unless several channels of `judge` decided the samples.
 std::string describe_judged(float channel, const StatedSettings& settings) {
   const std::vector<JudgedChannel> judged = judged_channels_of(settings.recorded.settings());
   const bool has_decided = settings.recorded.text("plan").empty() && judged.size() > 1;

@@ -37,8 +37,8 @@ uint64_t lossy_encoder_bytes(const RenderOptions& options) {
   return used ? uint64_t(8) << 20 : 0;
 }
 
-// Returns an upper bound on the film_bytes() of the job and of the outputs together, plus the
-// memory for encoding a picture. Does not include light groups.
+// Returns an upper bound on the memory of the job and the outputs, including that for encoding a
+// picture. Does not include light groups.
 uint64_t frame_bytes(const RenderOptions& options, const OutputSettings& settings,
                      const RenderPlan& plan) {
   uint64_t per_pixel = job_bytes_per_pixel(plan.drivers(), plan.aovs);

@@ -22,11 +22,11 @@ void reserve_frame(const RenderOptions& options, const OutputSettings& settings,
 void reserve_lights(const RenderOptions& options, const OutputSettings& settings,
                     const RenderPlan& plan, const std::vector<std::string>& layers, int threads,
                     MemoryReservation& memory);
-// Reserves `bytes` bytes, an amount that depends on the size of the crop. Throws a UsageError that
-// states this size.
+// Reserves `bytes` bytes for data whose amount depends on the size of the crop. Throws a UsageError
+// that states the crop's size.
 void reserve_pixels(uint64_t bytes, const Rect& crop, MemoryReservation& memory);
 
-// Returns the driver's memory for judging light groups, per pixel.
+// Returns the bytes per pixel that the driver needs to estimate the error of light groups.
 uint64_t judged_light_bytes(const RenderPlan& plan, size_t lights);
 
 // Returns how many bytes the output files of a frame with these light-group layers keep in memory

@@ -177,8 +177,8 @@ void FrameMerge::check_stop() const {
   if (stop_.stop_requested()) throw Cancelled();
 }
 
-// Each thread holds one film (two if there are several groups). In addition, it holds either the
-// saved state from which a film is read, or the data that is being written.
+// Each thread holds one film, or two if there are several groups. It also holds either the saved
+// state from which it reads a film, or the data that it writes.
 void FrameMerge::reserve(const RenderOptions& options, const OutputSettings& settings, int threads,
                          MemoryBudget& budget) const {
   const std::vector<std::string>& lights = first().layers().lights;
@@ -331,8 +331,9 @@ void FrameMerge::merge_tile(const Rect& tile, FilmTile& film, FilmTile& more,
   }
   counters.max_samples = std::max(counters.max_samples, merged.counters.max_samples);
   if (!save || !has_samples) return;
-  // The driver state that was loaded last is correct for the merged tile: a uniform driver's state
-  // does not depend on the number of samples, and other drivers cannot render ranges of samples.
+  // The driver state that was loaded last is correct for the merged tile. A uniform driver's state
+  // does not depend on the number of samples. Other drivers have only one state per tile, because
+  // they cannot render ranges of samples.
   std::vector<std::byte> state;
   state.reserve(film.bytes() + driver.size() + 4096);
   Archive saving(state);

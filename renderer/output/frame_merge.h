@@ -46,7 +46,7 @@ class StoredFrame {
   // also returns the tile's result and, if `driver` is not null, stores the driver's state in
   // `*driver`. Thread-safe. Throws InputError.
   TileResult load(size_t tile, FilmTile& film, std::vector<std::byte>* driver = nullptr) const;
-  // Whether this frame is the given part and no tile of it is missing or damaged. Reads all of its
+  // Whether this frame is the given part and has all tiles of the part undamaged. Reads all its
   // tiles.
   bool is_complete_part(const FramePart& part) const;
   // Returns the fraction of this part's tiles that are finished.
@@ -87,14 +87,14 @@ class FrameMerge {
   FrameSettings settings() const;
   bool complete() const { return complete_; }
 
-  // Call before deliver(). Reserves memory for the tiles that deliver() works on, for what these
-  // outputs keep until they are written and, with `resumable`, for the checkpoint. Throws
-  // InputError.
+  // Call before deliver(). Reserves memory for the tiles that deliver() works on and for the data
+  // that the outputs keep until they are written. With `resumable`, also reserves memory for the
+  // checkpoint. Throws InputError.
   void reserve(const RenderOptions& options, const OutputSettings& settings, int threads,
                MemoryBudget& budget) const;
   // Passes every tile to the sink. A tile has the channels of the parts and, if `aovs` contains it,
   // the channel `part`. Runs on the calling thread's TBB arena, with two films per thread. `save`
-  // may be null; if it is not, the parts must be tiled and have the same seed. Throws InputError
+  // may be null. If it is given, the parts must be tiled and have the same seed. Throws InputError
   // and what the sink throws.
   void deliver(const AovSet& aovs, RenderSink& sink, const SaveTile& save = nullptr);
   // Valid after deliver().
@@ -104,7 +104,7 @@ class FrameMerge {
 
  private:
   // The parts that have the same seed and sample range. Unless the frame has holes, they cover all
-  // tiles together.
+  // tiles between them.
   struct Group {
     uint32_t seed = 0, first_sample = 0, end_sample = 0;
     std::vector<const StoredFrame*> frames_by_tile;  // by tile number; null if missing

@@ -56,7 +56,7 @@ void check_heatmap_style(const HeatmapStyle& style,
 
 std::vector<std::string> judged_names(const FrameSettings& settings) {
   std::vector<std::string> names;
-  if (!settings.plan.empty()) return names;  // no channel has decided
+  if (!settings.plan.empty()) return names;  // the plan decided the sample counts
   for (const JudgedChannel& channel : judged_channels_of(settings)) names.push_back(channel.name);
   return names;
 }

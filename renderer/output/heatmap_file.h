@@ -22,8 +22,8 @@ struct HeatmapRequest {
   std::string path;
   const HeatmapQuantity* quantity = nullptr;
 };
-// Pairs each --heatmap-of with the --heatmap at the same position. The remaining heatmaps show the
-// number of samples. Throws UsageError for an unknown quantity or an unsuitable style.
+// Pairs each --heatmap-of with the --heatmap at the same position. Heatmaps without a --heatmap-of
+// show the number of samples. Throws UsageError for an unknown quantity or an unsuitable style.
 std::vector<HeatmapRequest> heatmap_requests(const RenderOptions& options);
 
 // Throws a UsageError that starts with `option` if the suffix is unknown or the picture is too
@@ -34,7 +34,7 @@ void check_heatmap_format(const std::string& option, const std::string& path, co
 void check_heatmap_style(const HeatmapStyle& style,
                          std::span<const HeatmapQuantity* const> quantities);
 
-// Returns the names of the channels that the frame's setting `judge` lists, for HeatmapStyle; none
+// Returns the names of the channels that the setting `judge` lists, for HeatmapStyle. Returns none
 // for a planned frame.
 std::vector<std::string> judged_names(const FrameSettings& settings);
 

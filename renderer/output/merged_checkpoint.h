@@ -14,7 +14,7 @@
 
 namespace emberline {
 
-// Writes the head and the tile records that `render --resumable` of the whole frame would write.
+// Writes the same head and tile records as `render --resumable` would for the whole frame.
 class MergedCheckpoint {
  public:
   // The path is checkpoint_path() of the merged frame's options. If a file exists there, locks it

@@ -12,7 +12,8 @@
 namespace emberline {
 namespace {
 
-// A condition on an option that is not a frame setting or that matters only for frame ranges.
+// A condition that cannot be checked in the frame settings alone, because it is about another
+// option of `render` or about ranges of frames.
 struct OptionState {
   std::string_view name, value;
   bool (*holds)(const RenderOptions& options);

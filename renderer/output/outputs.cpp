@@ -105,8 +105,8 @@ ExrHeader frame_header(const OutputSettings& settings, std::vector<PictureChanne
   if (settings.explained) {
     header.attributes.emplace_back(kExplanationAttribute, std::string(kMaxExplanation, ' '));
   }
-  // The mattes' names may be megabytes long, so they follow the attributes that
-  // is_unfinished_image() looks for.
+  // The mattes' names may be megabytes long. They come last, so that is_unfinished_image() finds
+  // its attributes early.
   for (auto& attribute : cryptomatte_attributes(layers.cryptomattes)) {
     header.attributes.push_back(std::move(attribute));
   }
@@ -235,7 +235,7 @@ void FrameOutputs::add_scene(const SceneLayers& layers) {
 }
 
 void FrameOutputs::tile_finished(const FilmTile& tile) {
-  thread_local std::vector<float> pixels;  // reused, so that a bucket needs no allocation
+  thread_local std::vector<float> pixels;  // reused, so that a tile needs no allocation
   if (spool_ || !exrs_.empty() || !heatmaps_.empty()) {
     channels_.resolve(tile, pixels);
     for (const auto& heatmap : heatmaps_) heatmap->write_tile(tile.rect(), pixels);

@@ -29,7 +29,7 @@
 
 namespace emberline {
 
-// How a frame's files are written. The EXR header is not complete: channels and camera are missing.
+// How a frame's files are written. The base ExrHeader still lacks the channels and the camera.
 struct OutputSettings : ExrHeader, FrameContents {
   Rect crop;
   DisplaySettings display;
@@ -47,7 +47,7 @@ OutputSettings output_settings(const RenderOptions& options, const Rect& crop);
 
 // The state that the EXR header records: "emberline:complete" ("true " or "false"),
 // "emberline:samples", with --clamp-indirect "emberline:clamped" (the fraction of light that was
-// removed), and with --explain kExplanationAttribute. These values are set long after the header is
+// removed), and with --explain kExplanationAttribute. These values are not known when the header is
 // written, so the header reserves room for them with blanks.
 struct FrameState {
   bool complete = false;
@@ -67,9 +67,9 @@ void write_film_exr(const std::string& path, const AovSet& aovs, int width, int 
                     const Rect& crop, std::vector<std::pair<std::string, std::string>> attributes,
                     std::vector<float> values);
 
-// Passes finished tiles to all files, including heatmaps. If the frame has `denoising` channels,
-// stores the tiles in a scratch file until finish_spooled() is called, because resolving a tile
-// then needs the rows around it.
+// Passes finished tiles to all files, including heatmaps. If the frame has `denoising` channels, a
+// tile can be resolved only together with the rows around it. The tiles are then stored in a
+// scratch file until finish_spooled() is called.
 class FrameOutputs final : public RenderSink {
  public:
   // Opens the files at once, so that an unwritable path fails before rendering. `stop` says why the
@@ -90,8 +90,8 @@ class FrameOutputs final : public RenderSink {
   // Call when rendering has ended. After this call, tile_finished() no longer throws when all files
   // have failed.
   void rendering_ended() { rendered_ = true; }
-  // Call after the last tile. Writes the tiles from the scratch file, denoised if the settings ask
-  // for it. Runs on the calling thread's TBB arena. finish() reports the files that cannot be
+  // Call after the last tile. Writes the tiles from the scratch file, denoised if the settings
+  // request it. Runs on the calling thread's TBB arena. finish() reports the files that cannot be
   // written. After a stop request, the remaining tiles are left unfiltered.
   std::optional<DenoiseReport> finish_spooled(const std::stop_token& stop = {});
   // Completes and renames each file, even if other files fail. Writes `state` into the EXR headers.

@@ -58,7 +58,8 @@ std::string RecordedSettings::text(const std::string& name) const {
 }
 
 std::vector<std::pair<std::string, std::string>> RecordedSettings::given() const {
-  // If the user gives no estimator or no allocation, the frame records the default that it uses.
+  // A frame also records the default estimator and allocation that it uses, so a recorded default
+  // does not mean that the user gave it.
   FrameSettings unnamed = settings_;
   unnamed.estimator.clear();
   unnamed.allocation.reset();

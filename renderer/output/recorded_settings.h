@@ -16,7 +16,7 @@ namespace emberline {
 struct Setting;
 
 // Returns make(). Turns a UsageError into an InputError for the file, because the invalid settings
-// come from the file and not from this run's options.
+// come from the file and not from the user's options.
 template <typename Make>
 auto convert_usage_errors(const std::string& path, const Make& make) {
   try {
@@ -28,8 +28,8 @@ auto convert_usage_errors(const std::string& path, const Make& make) {
 
 class RecordedSettings {
  public:
-  // Reads the header's attributes. Ignores those whose names do not begin with "emberline:", and
-  // the blanks that pad a text (outputs.h).
+  // Reads the header's attributes. Ignores attributes whose names do not begin with "emberline:".
+  // Also ignores the blanks that pad a text (outputs.h).
   explicit RecordedSettings(std::span<const std::pair<std::string, std::string>> attributes);
 
   // Whether `emberline render` or `merge` wrote the file.
@@ -46,8 +46,8 @@ class RecordedSettings {
   std::vector<std::pair<std::string, std::string>> given() const;
   // Lists the recorded settings that differ from `now`, each as "`spp` 64 (now 256)". Leaves out
   // input files, because their names depend on the folder in which a command runs. Also leaves out
-  // settings that change no pixel: `time-limit`, `bucket-order` and, unless `now` sets it, the
-  // instruction set. If `is_compared` is given, compares only the settings for which it is true.
+  // `time-limit` and `bucket-order`, which change no pixel, and the instruction set unless `now`
+  // sets it. If `is_compared` is given, compares only the settings for which it is true.
   std::vector<std::string> changes(const FrameSettings& now,
                                    bool (*is_compared)(const Setting&) = nullptr) const;
 

@@ -13,10 +13,10 @@ namespace emberline {
 
 class RefinementTree;
 
-// Draws the half-transparent borders of the tree's leaves over `rgba`, an interleaved RGBA picture
-// with `width` pixels per row that begins at the upper left corner of the crop. Does not change
-// alpha. Leaves of a single pixel get no border, because in a finished part of the picture, borders
-// would cover every pixel.
+// Draws half-transparent borders of the tree's leaves over `rgba`. This is an interleaved RGBA
+// picture with `width` pixels per row, which begins at the upper left corner of the crop. Does not
+// change alpha. Leaves of a single pixel get no border, because their borders would cover the
+// finished parts of the picture.
 void draw_leaf_borders(const RefinementTree& tree, std::span<float> rgba, int width);
 
 // Returns one JSON object:

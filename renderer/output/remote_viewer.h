@@ -8,8 +8,8 @@
 
 namespace emberline {
 
-// Sends each tile when it is finished. With a progressive driver, sends whole pictures instead;
-// these are so rare that they cost almost no render time.
+// Sends each tile when it is finished. With a progressive driver, sends whole pictures instead, but
+// so rarely that they cost almost no render time.
 class RemoteViewer {
  public:
   // options.viewer must be set. The image is named after the output and the scene.
@@ -22,8 +22,7 @@ class RemoteViewer {
   void update(const LivePicture& picture, double elapsed_s);
   // Whether update() would send a picture now. Any thread may call this, but not during update().
   bool is_due(double elapsed_s) const;
-  // Waits until pending data is sent, but only briefly: at most 0.5 s if the user stopped the
-  // frame.
+  // Waits briefly until pending data is sent. Waits at most 0.5 s if the user stopped the frame.
   void finish(PixelStop stop_cause);
 
   uint64_t bytes() const { return stream_.peak_bytes(); }

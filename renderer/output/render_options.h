@@ -44,7 +44,7 @@ struct RenderOptions : FrameSettings {
   std::string extended;       // checkpoint of the frame to extend; empty: none
   std::string progress_file;  // file; empty: none
   std::vector<int> frames;    // frame numbers, in order; empty: a single frame
-  int across = 0;             // frames on either side that denoising a range combines
+  int across = 0;             // neighbours on each side that denoising uses
   bool skip_existing = false;
   bool strict = false;         // fail if a time limit leaves pixels black
   bool stop_on_error = false;  // default: the range continues after a failed frame

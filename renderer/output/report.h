@@ -27,9 +27,9 @@ struct RenderTimes {
   std::optional<double> start_s;
   double cpu_s = 0;         // CPU time of the process
   double render_cpu_s = 0;  // CPU time during render_s
-  // Time until a worker has finished its first 2048 samples, which take about a millisecond. The
-  // time starts with the process (before libraries are loaded) or, for the later frames of a range,
-  // with the frame. Absent if no samples were taken.
+  // Time until a worker has finished its first 2048 samples, which take about a millisecond. For
+  // the first frame, the time starts with the process (before libraries are loaded). For later
+  // frames of a range, it starts with the frame. Absent if no samples were taken.
   std::optional<double> first_sample_s, first_sample_cpu_s;
 };
 
@@ -56,7 +56,7 @@ struct RenderReport {
   RenderTimes times;
   RenderCounters counters;
   SceneMemory memory;
-  uint64_t unsampled_pixels = 0;  // in the crop, or in this part of it
+  uint64_t unsampled_pixels = 0;  // in the crop or, if only a part is rendered, in the part
   uint64_t film_bytes = 0;
   std::shared_ptr<const MemoryBudget> budget;  // the limit and what was reserved
   std::vector<std::string> features;
@@ -88,12 +88,12 @@ struct RenderReport {
 // passes, settings, versions, output and others.
 std::string report_json(const RenderOptions& options, const RenderReport& report);
 
-// Returns the --replay arguments that recompute the sample. Adds --seed if the sample's seed is not
-// that of a frame with these settings.
+// Returns the --replay arguments that recompute the sample. Adds --seed if a frame with these
+// settings would use another seed than the sample.
 std::string replay_arguments(const NonFiniteSample& sample, const FrameSettings& settings);
 
-// If some samples were not finite, warns and says how to replay the first of them. `how` is "with",
-// followed by further options if the replay needs any.
+// If some samples were not finite, warns and says how to replay the first of them. The message
+// continues with `how`, which is "with" and any further options that the replay needs.
 void warn_about_non_finite(const RenderCounters& counters, const FrameSettings& settings,
                            const std::string& how = "with");
 

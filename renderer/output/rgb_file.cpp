@@ -33,7 +33,7 @@ ImageLayer find_picture(const FloatImage& file, const std::string& path,
   return {"", {colour.first, colour.first + 1, colour.first + 2}, -1, true};
 }
 
-// Returns the name of the reference's layer with which `layer` is compared, or "" for its R, G and
+// Returns the name of the reference's layer with which `layer` is compared; "" stands for R, G and
 // B.
 std::string reference_layer(const FloatImage& file, const std::string& path,
                             const std::string& layer) {

@@ -25,8 +25,8 @@ FloatImage read_frame(const std::string& path, const LoadProgress& progress);
 // The layer of a denoised picture.
 inline constexpr std::string_view kDenoisedLayer = "denoised";
 
-// Like find_layer(). However, if the layer is missing but a render can add it, the error message
-// names the setting that does so.
+// Like find_layer(), but if a render could have written the missing layer, the error message names
+// the setting for it.
 ImageLayer find_frame_layer(const FloatImage& image, const std::string& name,
                             const std::string& path);
 
@@ -47,8 +47,8 @@ struct RgbFile {
 // How read_rgb() chooses a picture's channels.
 struct LayerChoice {
   std::string layer;  // see find_layer(); empty: find_colour()
-  // If set, a missing denoised layer is replaced by its raw counterpart. Any other missing layer is
-  // replaced by the picture if the file has only one layer.
+  // If set, a missing denoised layer is replaced by the same layer without denoising. Any other
+  // missing layer is replaced by R, G and B, if the file has only one layer.
   bool is_reference = false;
   bool reads_motion = false;
   std::string_view remedy = "save one of them as a separate file";  // see find_colour()
@@ -64,7 +64,7 @@ RgbFile read_rgb(const std::string& path, const LoadProgress& progress,
 // Returns the pixels of the reference with which `crop` is compared. If both frames have the same
 // size, returns the pixels at the same position; the reference must contain all of them. If the
 // frames differ in size, returns the whole reference. It must then have the size of `crop`, and the
-// reference or `crop` must be a whole frame. Otherwise throws an InputError, which calls the
+// reference or `crop` must be a whole frame. Otherwise throws an InputError. Its message calls the
 // compared picture `what`.
 RgbImage reference_pixels(RgbFile reference, const std::string& what, const Rect& crop,
                           int frame_width, int frame_height);

@@ -41,7 +41,7 @@ bool has_halves(const Json& head) {
   return find_text(head, "settings", "aov").find("denoising") != std::string::npos;
 }
 
-// Whether a setting decides what a sample is, or which view it belongs to.
+// Whether a setting affects the value of a sample, or the view that it belongs to.
 bool decides_samples(const Setting& setting) {
   using enum SettingGroup;
   constexpr SettingGroup kGroups[] = {kLoading, kEdits, kLight, kView, kSample, kSeed, kTurn};
@@ -55,13 +55,15 @@ bool decides_samples(const Setting& setting) {
          !contains(kFewer, setting.name);
 }
 
-// Lists the differences because of which the samples of a picture are not those of the frame.
+// Lists the settings whose difference makes the samples of the picture differ from those of the
+// frame.
 std::vector<std::string> sample_changes(const FloatImageRows& picture, const RenderOptions& now,
                                         const std::string& path) {
   const RecordedSettings recorded(picture.text_attributes());
   std::vector<std::string> list = recorded.changes(now, decides_samples);
   if (recorded.settings().unbiased) list.emplace_back("it was rendered with `unbiased`");
-  // The weights of samples depend on their number, which adaptive frames do not know.
+  // A weighted sampler's weights depend on the sample count. Only frames that know this count in
+  // advance use them.
   const SamplerEntry& sampler = find_named(sampler_table(), "`sampler`", "sampler", now.sampler);
   if (sampler.weighted && samples_uniformly(recorded.settings()) &&
       !recorded.settings().time_budget_s) {

@@ -1,5 +1,6 @@
-// The file of a frame's sample counts: `emberline plan` writes it, the setting `plan` names it. A
-// finished frame (.exr) can be named, too: its channel `samples` has the counts.
+// A sample plan: a file with the sample count of each pixel of a frame. `emberline plan` writes it,
+// and the setting `plan` names it. The setting can also name a finished frame (.exr), whose channel
+// `samples` has the counts.
 //
 // A plan is a record file (io/files/record_file.h). Its head is that of a checkpoint
 // (checkpoint_head.h) with one more member in "settings", which marks the file as a plan. Its
@@ -30,12 +31,12 @@ class SamplePlanFile {
  public:
   // Reads the file that the options name, and reserves the memory of the counts. Throws InputError
   // if the file is not a plan, is damaged, exceeds the limits, or was made for a frame of another
-  // size or for other pixels. For a finished frame, also throws it if a setting differs that
-  // decides what a sample is.
+  // size or for other pixels. If the file is a finished frame, also throws InputError if a setting
+  // that defines its samples differs.
   SamplePlanFile(const RenderOptions& options, const LoadLimits& limits);
 
   const std::shared_ptr<const SamplePlan>& plan() const { return plan_; }
-  // Throws an InputError that lists the differences if the plan was made for another frame than the
+  // Throws an InputError that lists the differences if the plan was made for a frame other than the
   // one with the head `now`. The frame may be a crop or a part of the planned frame, and may have
   // other channels. A finished frame has no head to compare.
   void check(const nlohmann::json& now) const;

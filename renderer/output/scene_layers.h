@@ -1,5 +1,5 @@
-// The part of a frame's files that depends on the scene: the names of layers, and the camera. A
-// checkpoint's head also stores this part, so that the frame can be read without its scene.
+// The data in a frame's files that depend on the scene: names of layers, and the camera. A
+// checkpoint's head also stores these data, so that the frame can be read without its scene.
 #pragma once
 
 #include <nlohmann/json_fwd.hpp>
@@ -21,7 +21,7 @@ struct SceneLayers {
   std::vector<CryptomatteNames> cryptomattes;
 };
 
-// Returns the layers of a frame with these parts and this camera. `origin` is the scene's origin.
+// Returns the layers for these parts and this camera. `origin` is the scene's origin.
 SceneLayers scene_layers(const SceneParts& parts, const Camera& camera, const Vec3d& origin);
 
 void put_scene_layers(const SceneLayers& layers, nlohmann::json& head);

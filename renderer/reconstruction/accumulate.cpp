@@ -11,8 +11,8 @@ namespace {
 
 constexpr float kAlbedoTolerance = 0.02f;
 constexpr int kFeatureNoiseRadius = 1;
-// The colours are compared over two neighbourhoods: a small one, for edges that do not meet, and a
-// large one, for light that has changed. These values were chosen on four sequences
+// The colours are compared over two neighbourhoods: a small one, to find misaligned edges, and a
+// large one, to find changed light. These values were chosen on four sequences
 // (tests/bench/results/denoising.md).
 struct Comparison {
   int radius, power;
@@ -20,7 +20,7 @@ struct Comparison {
 constexpr Comparison kComparisons[] = {{1, 1}, {6, 2}};
 static_assert(kComparisons[1].radius + kNoiseRadius + kOutlierRadius <= kAccumulateReach);
 constexpr float kMinSquaredColour = 1e-5f;  // almost black on a display
-constexpr float kRoundingShare = 1e-4f;     // of the squared colour; not a difference
+constexpr float kRoundingShare = 1e-4f;     // rounding error, relative to the squared colour
 constexpr float kMinAgreement = 1e-3f;
 
 // A feature's mean over both halves, with the variance of this mean.
@@ -56,7 +56,8 @@ std::vector<ComparedFeature> compared_features(const DenoiseInput& input,
   return out;
 }
 
-// Returns how likely both frames show the same surface, or 0 if a half of either has no samples.
+// Returns the likelihood that both frames show the same surface, or 0 where a half of either frame
+// has no samples.
 BorderedPlane agreement(const Halves& here, const Halves& there,
                         std::span<const ComparedFeature> own,
                         std::span<const ComparedFeature> other) {
@@ -80,8 +81,8 @@ BorderedPlane agreement(const Halves& here, const Halves& there,
   return weights;
 }
 
-// Returns the squared difference of the colours that noise does not explain, relative to the noise,
-// times `weights`.
+// Returns the part of the squared colour difference that noise does not explain, divided by the
+// noise and multiplied by `weights`.
 BorderedPlane colour_distance(const Half& here, const Half& there, const BorderedPlane& weights) {
   BorderedPlane out(weights.width(), weights.height());
   for_each_pixel(out.width(), out.height(), [&](int x, int y) {
@@ -98,7 +99,8 @@ BorderedPlane colour_distance(const Half& here, const Half& there, const Bordere
   return out;
 }
 
-// Returns the weights of a neighbour's half, given the other halves of both frames.
+// Returns the weights for one half of a neighbouring frame. `here` is the other half of the frame,
+// and `there` is the other half of the neighbouring frame.
 BorderedPlane half_weights(const Half& here, const Half& there, const BorderedPlane& same_surface) {
   BorderedPlane weights = same_surface;
   const BorderedPlane distance = colour_distance(here, there, same_surface);

@@ -9,24 +9,25 @@
 
 namespace emberline {
 
-// The mean over frames, as an input for prepare_halves(). A neighbour's pixel counts as much as its
-// samples, times the product of
-//   - exp(-d), where d is the largest over all features of: the squared difference, less its noise,
-//     over the squared tolerance or the noise, whichever is larger: another surface came into view;
-//   - 1 / (1 + d) for a small and 1 / (1 + d)^2 for a large neighbourhood, where d is the squared
-//     difference of the colours, less their noise, over the noise: edges do not meet, or the light
-//     has changed. 1 / (1 + d) is about the optimal weight of a value with a bias.
+// The mean over frames, as an input for prepare_halves(). A neighbouring frame's pixel has its
+// number of samples as weight, multiplied by
+//   - exp(-d), which detects that another surface has come into view. Each feature's squared
+//     difference, less its noise, is divided by the squared tolerance or by the noise, whichever is
+//     larger. d is the largest of these values.
+//   - 1 / (1 + d) for a small and 1 / (1 + d)^2 for a large neighbourhood, which detect misaligned
+//     edges and changed light. d is the squared difference of the colours, less their noise,
+//     divided by the noise. 1 / (1 + d) is about the optimal weight of a value with a bias.
 // The weights of one half come from the colours of the other half.
 class AccumulatedFrames {
  public:
-  // `halves` are those of `frame`, without features. Both must outlive the constructor only.
+  // `halves` are those of `frame`, without features. Both are used only during construction.
   AccumulatedFrames(const DenoiseInput& frame, const Halves& halves,
                     std::span<const NeighbourFrame> neighbours);
 
   // Views of this object's planes. Light groups are included, without the excess of outliers.
   const DenoiseInput& input() const { return input_; }
-  // Returns how many frames a pixel combines (the sum of their weights, 1 for the frame itself),
-  // summed over the pixels of rows [begin, end).
+  // Returns the number of frames that a pixel combines, summed over the pixels of rows [begin,
+  // end). A neighbouring frame counts by its weight, and the frame itself counts as 1.
   double frames(int begin, int end) const;
 
  private:

@@ -15,7 +15,7 @@ static_assert(kTaps / 2 + kOutlierRadius <= kNeighbourReach);
 // The pixels around a position, and their weights.
 struct Taps {
   bool known = false;
-  int x = 0, y = 0;  // of the first tap
+  int x = 0, y = 0;  // pixel of the first tap
   std::array<float, kTaps> across = {}, down = {};
 };
 
@@ -26,7 +26,7 @@ std::array<float, kTaps> cubic_weights(float t) {
 }
 
 Taps taps_at(float x, float y, int width, int height) {
-  // Written so that NaN is outside.
+  // The comparisons are written so that NaN counts as outside.
   const bool inside =
       x >= -0.5f && x <= float(width) - 0.5f && y >= -0.5f && y <= float(height) - 0.5f;
   if (!inside) return {};
@@ -103,7 +103,7 @@ AlignedFrame::AlignedFrame(const NeighbourFrame& neighbour, int width, int heigh
   }
   for_each_row(height, [&](int y) {
     const size_t first = size_t(y) * size_t(width);
-    std::vector<std::pair<size_t, Taps>> known;  // the row's pixels that have samples there
+    std::vector<std::pair<size_t, Taps>> known;  // pixels whose taps all have samples
     for (size_t i = first; i < first + size_t(width); ++i) {
       const Taps taps = taps_at(neighbour.x[i], neighbour.y[i], from.width, from.height);
       if (!taps.known || !has_samples(sources[0], taps) || !has_samples(sources[1], taps)) continue;

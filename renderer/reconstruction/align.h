@@ -1,4 +1,4 @@
-// Brings a neighbouring frame's halves to the pixels of a frame.
+// Resamples a neighbouring frame's halves at the pixels of a frame.
 #pragma once
 
 #include <vector>
@@ -7,17 +7,18 @@
 
 namespace emberline {
 
-// The input of a neighbouring frame as if it had been rendered at the frame's pixels: each value is
-// interpolated where the pixel is in the neighbouring frame (bicubic, R. Keys, "Cubic convolution
-// interpolation for digital image processing", 1981; a bilinear mean would blur edges). Outliers
-// are limited before (renderer/reconstruction/halves.h). A pixel without a position, or next to
-// pixels without samples, has no samples.
+// The input of a neighbouring frame, resampled at the frame's pixels: each value is interpolated at
+// the pixel's position in the neighbouring frame. Interpolation is bicubic (R. Keys, "Cubic
+// convolution interpolation for digital image processing", 1981), because a bilinear mean would
+// blur edges. Outliers are limited first (renderer/reconstruction/halves.h). The result has no
+// samples where the position is unknown or is next to pixels without samples.
 class AlignedFrame {
  public:
   // `width` and `height` are those of the frame's input.
   AlignedFrame(const NeighbourFrame& neighbour, int width, int height);
 
-  // Views of this object's planes. If the neighbour has shared samples, `colour` is made of these.
+  // Views of this object's planes. If the neighbour has shared samples, `colour` is computed from
+  // them.
   const DenoiseInput& input() const { return input_; }
 
  private:

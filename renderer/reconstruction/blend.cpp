@@ -25,9 +25,9 @@ struct Terms {
 // Errors are relative, so that a bright pixel does not dominate its dark neighbours. Below this
 // squared radiance, which is almost black on a display, errors are absolute.
 constexpr float kMinSquaredRadiance = 1e-5f;
-// This factor makes pixels in noisy neighbourhoods count less. Otherwise the terms of rare light
-// would drown the terms of the dark pixels around it. The value was chosen on the lamps'
-// reflections in `thin_wires`, where dark pixels get worse with a smaller value
+// This factor makes pixels in noisy neighbourhoods count less. Otherwise rare light, which few
+// samples find, would drown the terms of the dark pixels around it. The value was chosen on the
+// lamps' reflections in `thin_wires`, where dark pixels get worse with a smaller value
 // (tests/bench/results/denoising.md).
 constexpr float kNoiseWeight = 80.0f;
 
@@ -192,9 +192,9 @@ Shares least_error(const Terms& terms, int x, int y) {
   return a;
 }
 
-// The pooled weights may change the nearest neighbours far more than their noise explains, for
-// example next to a lamp whose noise dominates the pool. The weights are then limited to
-// kMaxSupportRatio times the weights that these neighbours support.
+// The pooled weights may change a pixel and its nearest neighbours far more than their noise
+// explains, for example next to a lamp whose noise dominates the pool. The weights are then limited
+// to kMaxSupportRatio times the weights that are best for the nearest neighbours alone.
 constexpr int kNearRadius = 1;
 constexpr float kMaxSupportRatio = 3.0f;
 
@@ -312,8 +312,8 @@ BorderedPlane rarity(const Halves& h) {
 }
 
 // Adds the error of unseen rare light. Where few pixels have most of the error, both halves may
-// have missed the light of another such pixel. So this function adds the error that one such pixel
-// would have, which is the mean of the seen errors, weighted by error and rarity.
+// have missed the light of another such pixel. So this function adds the expected error of one such
+// pixel: the mean of the measured errors, weighted by error and rarity.
 void add_unseen(const BorderedPlane& own, const BorderedPlane& rare, BorderedPlane& pool) {
   constexpr float kMaxPixelError = 1.0f;  // squared error of a displayed pixel
   BorderedPlane errors = own, squares = own;
@@ -345,8 +345,8 @@ BorderedPlane pooled_error(const Halves& h, const BorderedPlane& own, const Bord
 }
 
 // Like display_error_weight(), but for light, which cannot be negative: if the deviation exceeds
-// the mean, the slope is measured from black. If mean and mean + deviation round to the same float,
-// both are far outside the displayable range, and the slope is 0.
+// the mean, the display curve's slope is measured from black. If mean and mean + deviation round to
+// the same float, both are far outside the displayable range, and the slope is 0.
 float light_error_weight(float mean, float deviation) {
   const float d = std::min(std::max(deviation, 1e-3f), 1e15f);
   const float low = std::max(mean - d, std::min(mean, 0.0f)), high = mean + d;

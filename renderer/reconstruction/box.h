@@ -1,5 +1,5 @@
 // Sums and means over squares of pixels. Each square is summed separately, not as a running sum, so
-// that a pixel's bits do not depend on where a band begins.
+// that a pixel's bits do not depend on where a band of rows begins.
 #pragma once
 
 #include "renderer/reconstruction/bordered_plane.h"

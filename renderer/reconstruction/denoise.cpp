@@ -168,7 +168,7 @@ struct Part {
   ColourPlanes filtered;
 };
 
-// `accumulated` has the halves that are filtered, if these are not the frame's own.
+// `accumulated` contains the halves to filter; if it is null, the frame's own halves are filtered.
 Part read_part(const Halves& h, const HalfColour& colour, const HalfColour* accumulated) {
   Part part;
   for (size_t c = 0; c < 3; ++c) {
@@ -182,8 +182,8 @@ Part read_part(const Halves& h, const HalfColour& colour, const HalfColour* accu
   return part;
 }
 
-// [bandwidth][half] is the factor for a fit's weighted prediction of a pixel. It includes the
-// division by the total weight.
+// Indexed by [bandwidth][half]: the factor for a fit's weighted prediction of a pixel, including
+// the division by the total weight.
 using Factors = std::array<std::array<BorderedPlane, 2>, kBandwidths>;
 Factors factors_of(const Halves& h, const Candidates& candidates, const Blend& shares) {
   Factors factors;
@@ -253,7 +253,7 @@ void distribute_remainder(const ColourPlanes& whole, int begin, int end, std::ve
   }
 }
 
-// Filters the parts with the weights of the whole, whose fits are those of the halves `h`.
+// Filters the parts with the weights of the whole. The fits are those of the halves `h`.
 std::vector<Part> filter_parts(const Halves& h, std::vector<Part> parts,
                                const Candidates& candidates, const Blend& shares,
                                FrameOffset frame_offset, int begin, int end,
@@ -279,7 +279,7 @@ std::vector<Part> filter_parts(const Halves& h, std::vector<Part> parts,
 }
 
 void store_errors(const Blend& shares, const Halves& h, int begin, int end, DenoisedPicture& out) {
-  constexpr float kMinFilteredFraction = 0.01f;  // below this, the pixel looks unchanged
+  constexpr float kMinFilteredFraction = 0.01f;  // below this fraction, the pixel looks unchanged
   const size_t width = size_t(h.width);
   out.error.resize(width * size_t(end - begin));
   for (int y = begin; y < end; ++y) {
@@ -295,7 +295,7 @@ void store_errors(const Blend& shares, const Halves& h, int begin, int end, Deno
   }
 }
 
-// Returns the neighbour with the positions of rows [begin, end) of the frame.
+// Returns the neighbour with positions only for rows [begin, end) of the frame.
 NeighbourFrame rows_of(const NeighbourFrame& neighbour, int begin, int end) {
   const auto width = size_t(neighbour.input.width);
   const size_t first = size_t(begin) * width, count = size_t(end - begin) * width;

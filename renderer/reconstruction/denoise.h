@@ -3,11 +3,10 @@
 // Each pixel is the mean of first-order regressions over the features of the pixels around it,
 // weighted by the similarity of their colours (Bitterli et al. 2016, "Nonlinearly Weighted
 // First-order Regression for Denoising Monte Carlo Renderings"). A frame's samples come as two
-// independent halves, and each half is filtered with the weights of the other half, so that the
-// noise in a half does not influence the weights that filter it. The error of each filtered image
-// is measured by the difference of its two halves and by its difference from the raw image
-// (Rousselle et al. 2012, 2013). For each pixel the best combination of the filtered images and the
-// raw image is chosen.
+// independent halves. Each half is filtered with the weights of the other half, so that its own
+// noise does not influence these weights. The error of each filtered image is measured by the
+// difference of its two halves and by its difference from the raw image (Rousselle et al. 2012,
+// 2013). For each pixel the best combination of the filtered images and the raw image is chosen.
 //
 // In a sequence, the halves that are filtered can be means over several frames
 // (renderer/reconstruction/accumulate.h). Their error is still measured against the raw image of
@@ -37,8 +36,9 @@ struct DenoiseInput {
   HalfColour colour;
   HalfColour albedo;                 // also used as a feature; empty if unknown
   std::vector<HalfPlanes> features;  // one channel each, in any scale: normals, depth, visibility …
-  // By how much each feature of a surface may differ in another frame. Used only with neighbours,
-  // and only for the first features if the list is shorter than `features`.
+  // The difference that each feature may have in another frame and still belong to the same
+  // surface. Used only with neighbours. If the list is shorter than `features`, only the first
+  // features are compared.
   std::vector<float> tolerances;
   std::vector<HalfColour> parts;  // images whose sum is `colour`, such as light groups
   // The image in which each pixel's samples are combined with those of its neighbours
@@ -49,13 +49,14 @@ struct DenoiseInput {
   HalfColour shared;
 };
 
-// A neighbouring frame of a sequence, and where the frame's pixels are in it.
+// A neighbouring frame of a sequence, and the positions of the frame's pixels in it.
 struct NeighbourFrame {
   // Has the same width and the same kinds of planes as the frame's input, but may have other rows.
   DenoiseInput input;
-  // For each pixel of the frame's input, the position in `input` of what the pixel shows: 0 is the
-  // middle of the first pixel. NaN if it is not visible there, or not known. `input` must include
-  // all rows of the neighbouring frame within kNeighbourReach of a position.
+  // For each pixel of the frame's input, the position in `input` of the surface point that the
+  // pixel shows. 0 is the centre of the first pixel. NaN if the point is not visible there or its
+  // position is unknown. `input` must include all rows of the neighbouring frame within
+  // kNeighbourReach of a position.
   std::span<const float> x, y;
 };
 inline constexpr int kNeighbourReach = 4;
@@ -63,16 +64,16 @@ inline constexpr int kNeighbourReach = 4;
 struct DenoisedPicture {
   std::array<std::vector<float>, 3> colour;
   std::vector<float> error;  // expected RMS error of the displayed pixel (display_error.h)
-  std::vector<std::array<std::vector<float>, 3>> parts;  // filtered like `colour`, their sum
+  std::vector<std::array<std::vector<float>, 3>> parts;  // filtered; their sum is `colour`
   double squared_error_before = 0.0;  // of the displayed raw image, summed over pixels
   double squared_error_after = 0.0;
-  size_t unchanged_pixels = 0;  // number of pixels that look unchanged
+  size_t unchanged_pixels = 0;  // number of pixels that filtering does not change visibly
   double frames = 0.0;          // number of frames that a pixel combines, summed over pixels
 };
 
 // A row depends on this many rows above it and below it, or on kDenoiseMargin + kAcrossMargin rows
-// if there are neighbours. If the input of a band of a large frame includes this margin (less at
-// the frame's border), the band is bit-identical to the same rows of the whole frame.
+// if there are neighbours. The input of a band of a large frame must include this margin, or less
+// at the frame's border. The band is then bit-identical to the same rows of the whole frame.
 inline constexpr int kDenoiseMargin = 46;
 inline constexpr int kAcrossMargin = 11;
 

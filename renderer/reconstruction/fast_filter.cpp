@@ -22,8 +22,8 @@ namespace {
 constexpr float kNormalScale = 1.7f;
 // Tolerated squared difference between two pixels, relative to their variance.
 constexpr float kNoiseScale = 10.0f;
-// Upper limit for a tap's variance, relative to the variance of the filtered pixel. Without it,
-// lamps and rare bright samples would leak into the less noisy pixels around them.
+// Upper limit for a tap's variance, relative to the variance of the filtered pixel. Without this
+// limit, lamps and rare bright samples would leak into the less noisy pixels around them.
 constexpr float kMaxVarianceRatio = 4.0f;
 constexpr float kSlopeTolerance = 2.0f;  // tolerated difference in nearness, relative to the slope
 constexpr float kMinSlope = 0.005f;      // tolerance relative to the nearness itself

@@ -5,7 +5,7 @@
 // similarity of pixels depends on normal, depth, and brightness relative to its noise (Schied et
 // al. 2017, "Spatiotemporal Variance-Guided Filtering"). As more samples reduce the noise, the
 // filter changes less, so the filtered image converges to the raw image. There is no error
-// estimate; use denoise.h for that.
+// estimate; denoise.h has one.
 #pragma once
 
 #include <array>
@@ -18,7 +18,7 @@ namespace emberline {
 
 // Features of a row of a frame, `width` values each. A ReadRow fills them in.
 struct FeatureRow {
-  std::array<float*, 3> albedo;  // 0: the colour is not divided
+  std::array<float*, 3> albedo;  // if all are 0, the colour is not divided by albedo
   std::array<float*, 3> normal;
   float* nearness;  // 1 / depth; 0 where nothing is hit
   float* samples;   // 0: the pixel's colour is invalid

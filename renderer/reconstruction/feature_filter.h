@@ -1,6 +1,6 @@
 // Filters each feature according to its own noise before it is used. Otherwise the regression would
-// take a feature's noise at silhouettes, in defocus and in motion for structure of the image
-// (Bitterli et al. 2016, §4).
+// mistake a feature's noise at silhouettes, in defocus and in motion for image structure (Bitterli
+// et al. 2016, §4).
 #pragma once
 
 #include "renderer/reconstruction/halves.h"

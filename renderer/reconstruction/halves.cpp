@@ -60,9 +60,9 @@ void read_counts(const DenoiseInput& input, Halves& h) {
 }
 
 // A pixel of a half is an outlier if it is this many times as bright as every other nearby pixel in
-// either half. Neighbours say nothing about such rare excess light, so the excess stays in place,
-// unfiltered. A value that is as far below black is not light, so a pixel with such a value stays
-// entirely unfiltered.
+// either half. Neighbours say nothing about the light above this limit, so this excess stays in
+// place, unfiltered. If a value is below black by more than this limit, it is not light, and its
+// pixel stays entirely unfiltered.
 constexpr float kOutlierRatio = 20.0f;
 
 // For each pixel, the largest value of its channels, and how far the smallest value is below black.

@@ -15,8 +15,8 @@ struct Position {
   float x, y;
 };
 
-// The motion at a position inside the frame, in pixels to the right and down. At a whole position,
-// only this pixel is read.
+// The motion at a position inside the frame, in pixels to the right and down. At integer
+// coordinates, only that pixel is read.
 Position motion_at(const VelocityRows& rows, const Position& p) {
   const float left = std::floor(p.x), top = std::floor(p.y);
   const float fx = p.x - left, fy = p.y - top;
@@ -55,7 +55,7 @@ void MotionPath::move(const Step& step) {
   constexpr float kUnknown = std::numeric_limits<float>::quiet_NaN();
   parallel_each(size_t(end_ - begin_), [&](size_t row) {
     const float own_row = float(begin_ + int(row));
-    // Written so that NaN is unknown.
+    // The comparisons are written so that NaN counts as unknown.
     const auto known = [&](const Position& p) {
       return p.x >= -0.5f && p.x <= float(width_) - 0.5f && p.y >= -0.5f &&
              p.y <= float(frame_height_) - 0.5f && std::abs(p.y - own_row) <= float(kMotionReach);

@@ -1,4 +1,4 @@
-// Follows what the pixels of a frame show through the frames of a sequence.
+// Follows the surface points that a frame's pixels show through the frames of a sequence.
 #pragma once
 
 #include <span>
@@ -14,19 +14,20 @@ struct VelocityRows {
   std::span<const float> right, up;
 };
 
-// For each pixel of some rows, the position in some frame of what the pixel shows, in pixels of the
-// whole frame. NaN if that left the frame, or is more than kMotionReach rows from where it was in
-// the frame.
+// For each pixel of some rows of a frame, the position of the surface point that the pixel shows,
+// in the frame that the path has reached. Positions are in pixels of the whole frame. They are NaN
+// if the point has left the frame or has moved by more than kMotionReach rows.
 class MotionPath {
  public:
-  // The positions in the frame itself, of rows [begin, end).
+  // Starts in the frame itself, with the pixels of rows [begin, end).
   MotionPath(int width, int frame_height, int begin, int end);
 
-  // Continues the path from the frame that it has reached to the next frame, or to the frame
-  // before. Positions are between pixels, where velocities are interpolated bilinearly. A step back
-  // looks for the position whose velocity leads here, by fixed-point iteration. `here` and `there`
-  // must include all rows of these frames within kMotionReach + kVelocityReach of the path's rows,
-  // or, of the frame itself, the path's rows. Runs in parallel.
+  // Move the path to the next or to the previous frame. `here` belongs to the frame that the path
+  // has reached, and `there` to the previous frame. Positions lie between pixels, so velocities are
+  // interpolated bilinearly. step_back() searches by fixed-point iteration for the position whose
+  // velocity leads to the current one. Both arguments must include all rows within kMotionReach +
+  // kVelocityReach of the path's rows. In the frame in which the path starts, the path's rows are
+  // enough. Run in parallel.
   void step_forward(const VelocityRows& here);
   void step_back(const VelocityRows& here, const VelocityRows& there);
 

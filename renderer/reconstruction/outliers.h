@@ -24,7 +24,7 @@ class OutlierEnergy {
 
  private:
   const Halves& halves_;
-  BorderedPlane share_;  // returned part of a neighbourhood's loss / (its noise x its area)
+  BorderedPlane share_;  // fraction of a local loss that is returned, divided by noise and area
   BorderedPlane own_fraction_;
 };
 

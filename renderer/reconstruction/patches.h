@@ -15,8 +15,7 @@ inline constexpr int kPatchRun = kRun + 2 * kPatchPad;
 static_assert(kPatchRadius <= kPatchPad && kPatchPad <= kPad);
 
 // Returns exp(-x) for x >= 0 with an error of at most 1e-5, and 0 for x >= 87. The function has no
-// branches, so it vectorises. The library's function does not vectorise in code that must preserve
-// NaN.
+// branches, so it vectorises. std::exp() does not vectorise in code that must preserve NaN.
 inline float exp_minus(float x) {
   const float t = std::min(x, 87.0f) * -1.44269504f;  // in powers of two
   const int whole = int(t) - 1;                       // at most t, since t <= 0

@@ -20,15 +20,15 @@ constexpr float kRoundingRidge = 1e-5f;
 // This ridge is relative to the feature's noise. It limits the influence of features that vary by
 // no more than their noise.
 constexpr float kNoiseRidge = 4.0f;
-// The minimum independent part of a feature's variance, relative to the variance. A smaller part is
-// only rounding error.
+// The minimum part of a feature's variance that is independent of the features before it, relative
+// to the whole variance. A smaller part is only rounding error.
 constexpr float kMinPivot = 1e-5f;
 // A feature is ignored in windows where its spread(), or the spread() of its difference from a
 // feature already chosen, is at most this.
 constexpr float kMinSpread = 4e-6f;
 constexpr float kMinDivisor = 1e-30f;
-// Limit for a pixel's weight in its own fit. In the weighted mean over a full window, the pixel has
-// a smaller weight than this.
+// If a pixel's weight in its own fit reaches this limit, the fit is replaced by the weighted mean.
+// In the weighted mean over a full window, the pixel's weight is below the limit.
 constexpr float kMaxWeight = 1e6f;
 
 WindowWeights::WindowWeights() : weights_(new Rows[2 * kOffsets]) {}
@@ -90,8 +90,8 @@ void WindowFit::choose_features() {
   }
 }
 
-// Returns the range of the values in the windows (or, if `less` is not null, of their differences
-// from `less`), divided by the largest magnitude of the values.
+// Returns the range of the values in the windows, divided by their largest magnitude. If `less` is
+// not null, the range is that of the values' differences from `less`.
 float WindowFit::spread(const BorderedPlane& of, const BorderedPlane* less) const {
   static_assert(kLanes >= 2 * kWindowRadius);  // so two loads per row cover all windows
   constexpr float kMaxFloat = std::numeric_limits<float>::max();

@@ -49,8 +49,8 @@ class WindowFit {
   void fit(const WindowWeights& weights, size_t half, int bandwidth);
 
   // apply() fits an image of the same half. add_to() adds the predictions for the window's pixels
-  // to `sums`, multiplied by the pixels' weights in the fit and, unless it is null, by `factor`.
-  // add_weights_to() adds the weights alone.
+  // to `sums`, multiplied by the pixels' weights in the fit and by `factor`, unless `factor` is
+  // null. add_weights_to() adds the weights alone.
   using Picture = std::array<const BorderedPlane*, 3>;
   void apply(const Picture& picture);
   void add_to(ColourPlanes& sums, const BorderedPlane* factor) const;

@@ -32,9 +32,9 @@ struct FrameOffset {
 
 // Like for_each_tile(), for a body that also writes up to half a tile around its tile. There are
 // four phases, and each processes every other tile of every other row of tiles. Tiles, and the
-// groups of kLanes pixels in them, are aligned to the whole frame, so contributions to a pixel are
-// added in the same order whatever the threads, the band and the crop. The first tiles may begin up
-// to kLanes - 1 columns or kTileRows - 1 rows outside the image.
+// groups of kLanes pixels in them, are aligned to the whole frame. So contributions to a pixel are
+// added in the same order for all threads, bands and crops. The first tiles may begin up to kLanes
+// - 1 columns or kTileRows - 1 rows outside the image.
 template <typename Body>
 void for_each_tile_in_phases(int width, int begin, int end, FrameOffset frame_offset,
                              const Body& body) {

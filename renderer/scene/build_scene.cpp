@@ -79,8 +79,8 @@ Space space_of(const WorldBounds& bounds) {
   return space;
 }
 
-// Returns whether geometry in these bounds can use a space that was made for other bounds. It may
-// lose at most four bits of precision (our choice).
+// Returns whether geometry in these bounds can use a space that was made for other bounds, with a
+// loss of at most four bits of precision (our choice).
 bool is_precise_for(const Space& space, const WorldBounds& bounds) {
   if (bounds.isEmpty()) return true;
   const double radius = bounds.radius(), scaled = radius * space.scale;
@@ -197,8 +197,8 @@ bool SceneBuilder::repose(std::unique_ptr<Scene>& before) {
   return true;
 }
 
-// Fills previous_mesh_indices_. Returns whether `before` has all meshes that this pose reuses, and
-// has them baked or instanced as this pose needs.
+// Fills previous_mesh_indices_. Returns whether `before` has all meshes that this pose reuses, in
+// the space (internal or object) that this pose needs.
 bool SceneBuilder::find_reused_meshes(const Scene& before) {
   std::unordered_map<uint64_t, uint32_t> previous_by_key;
   for (uint32_t i = 0; i < before.meshes_.size(); ++i) {
@@ -217,7 +217,7 @@ bool SceneBuilder::find_reused_meshes(const Scene& before) {
   });
 }
 
-// Returns whether the scene has exactly the meshes and placements of `before`.
+// Returns whether the scene has exactly the meshes and placements of `before`, and no motion.
 bool SceneBuilder::has_same_layout(const Scene& before) const {
   if (previous_mesh_indices_.size() != before.meshes_.size()) return false;
   for (const Scene* scene : {&before, static_cast<const Scene*>(scene_.get())}) {
@@ -310,15 +310,15 @@ void SceneBuilder::bake(MeshDescription& source, const InstanceDescription& plac
   }
 }
 
-// Lowers max_origin_ so that ray origins are also within Embree's range in the object space of the
-// instance.
+// Lowers max_origin_ so that ray origins stay within Embree's range when they are transformed to
+// the instance's object space.
 void SceneBuilder::limit_origins(const Mat44d& m, const std::string& mesh) {
   const double growth = inverse_growth(m) / scene_->scale_;
   const Vec3d at = (row(m, 3) - scene_->origin_) * scene_->scale_;
   const double distance = std::max({std::abs(at.x), std::abs(at.y), std::abs(at.z)});
   scene_->max_origin_ = std::min(scene_->max_origin_, kMaxOrigin / growth - distance);
-  // It must be possible to trace rays within the scene and from outside, and Embree must be able to
-  // invert the transform in float.
+  // Rays must be traceable within the scene and from outside, and Embree must be able to invert the
+  // transform in float.
   const double volume = std::abs(determinant3(m)) * std::pow(scene_->scale_, 3.0);
   if (scene_->max_origin_ > 4.0 * double(scene_->radius_) && volume > 1e-36 && volume < 1e36)
     return;
@@ -341,7 +341,8 @@ void SceneBuilder::place(const InstanceDescription& placed, Instance& instance) 
   for (const Mat44d& step : placed.motion) limit_origins(step, mesh);
 }
 
-// Returns whether the instance is the only one of its mesh and never moves.
+// Returns whether the mesh is stored in internal space. This is so if it has a single instance,
+// which never moves.
 bool SceneBuilder::is_baked(const InstanceDescription& placed) const {
   const auto mesh = size_t(placed.mesh);
   return instance_counts_[mesh] == 1 && placed.motion.empty() &&
@@ -452,7 +453,8 @@ void SceneBuilder::build_geometry(const Scene* before) {
       geometry.add_mesh(mesh, i);
       continue;
     }
-    // The mesh now needs another kind of filter. PoseHandover keeps the old BVH for a rollback.
+    // If the mesh now needs another kind of filter, it needs a new BVH. PoseHandover keeps the old
+    // one for a rollback.
     if ((mesh.record && mesh.record->tests_visibility) != (mesh.visibility != nullptr)) {
       mesh.bvh.reset();
       mesh.record.reset();

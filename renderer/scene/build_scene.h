@@ -18,8 +18,9 @@ struct SceneBuildOptions {
   bool bvh = true;
   // If true, keeps texture coordinates that no material reads, for the integrator that shows them.
   bool unread_uv = false;
-  // If true, update_scene() may be called. The scene then keeps unread vertex attributes and the
-  // tables of an environment that is off, and the BVH's filter decides about culling at each hit.
+  // If true, update_scene() may be called. The scene then keeps data that edits may need: vertex
+  // attributes that no material reads, and the tables of an environment that is switched off. The
+  // BVH's filter then decides about culling at each hit.
   bool editable = false;
   // If true (for editable scenes only), repose_scene() may be called. Geometry that no pose moves
   // gets a separate BVH, so rays enter one more instance.
@@ -35,9 +36,10 @@ std::unique_ptr<Scene> build_scene(SceneDescription description, const SceneBuil
 
 // Replaces a scene's materials, lights and environment. The scene then renders bit-identically to
 // one built from `description`, but keeps its BVH. `description` may differ from the description of
-// the scene only by SceneEdits. Its geometry is not read, so an outline is enough. `options` must
-// be those passed to build_scene(), with `editable` set. The scene must not be used during the
-// call. Uses TBB. Throws InputError for an invalid texture, leaving the scene unchanged.
+// the scene only by SceneEdits. Its geometry is not read, so the result of copy_without_geometry()
+// is enough. `options` must be those passed to build_scene(), with `editable` set. The scene must
+// not be used during the call. Uses TBB. Throws InputError for an invalid texture, leaving the
+// scene unchanged.
 //
 // Unchanged parts are reused. Emitters are reused if their material emits as before; averaging an
 // emissive texture over triangles is the most expensive part. The light sampler is reused if
@@ -49,9 +51,9 @@ void update_scene(Scene& scene, const SceneDescription& description,
 
 // Changes the scene to another pose of its file. The scene then renders bit-identically to one
 // built from the complete `posed` description. Meshes that `posed` omits
-// (MeshDescription::reused_bounds) are taken from the scene, with their BVHs. Deforming meshes, the
-// top level, and static meshes whose instance index changed are rebuilt. If nothing has moved, this
-// does the same as update_scene().
+// (MeshDescription::reused_bounds) are taken from the scene, with their BVHs. Rebuilds the BVHs of
+// deforming meshes, of the top level, and of static meshes if an instance index has changed. If
+// nothing has moved, this does the same as update_scene().
 //
 // Returns false if the pose needs another internal space or a mesh that the scene lacks; the caller
 // must then build the scene from a complete description. The scene must not be used during the

@@ -230,8 +230,8 @@ Vec2f Camera::velocity(const Vec3d& direction, double frames) const {
 // Returns the film velocity of a point that moves from `from` to `to`. Each position is in the view
 // space at its own time.
 Vec2f Camera::film_velocity(const Vec3d& from, const Vec3d& to, double frames) const {
-  // We chose this ratio. At this fraction of a depth, a point appears a hundred times as far from
-  // the axis as at the full depth.
+  // We chose this ratio. At this fraction of its depth, a point would appear a hundred times as far
+  // from the axis.
   constexpr double kMinDepthRatio = 0.01;
   const double min_depth = kMinDepthRatio * std::max(from.z, to.z);
   const auto project_to_film = [&](const Vec3d& p, const Vec3d& other) {
@@ -274,7 +274,7 @@ void Camera::generate_rays(const View& view, std::span<const Vec2f> film, Ray* o
     generate_panorama_rays(view, film, out);
     return;
   }
-  // Always computes all lanes, used or not, because a loop of fixed length vectorises.
+  // Computes all lanes, even unused ones, because a loop of fixed length vectorises.
   alignas(64) float x[kRayBatch] = {}, y[kRayBatch] = {};
   for (size_t i = 0; i < film.size(); ++i) {
     x[i] = film[i].x;
@@ -284,7 +284,7 @@ void Camera::generate_rays(const View& view, std::span<const Vec2f> film, Ray* o
   const float parallel_weight = shape_.orthographic ? 1.0f : 0.0f;
   for (int i = 0; i < kRayBatch; ++i) {
     const Vec3f o = fma(view.per_y, y[i], fma(view.per_x, x[i], view.corner));
-    // An orthographic offset may be 0, which must not become NaN.
+    // The added weight avoids 0 / 0, since an orthographic offset may be 0.
     const float scale =
         parallel_weight + (1.0f - parallel_weight) / std::sqrt(parallel_weight + dot(o, o));
     dx[i] = o.x * scale;

@@ -1,6 +1,6 @@
-// Generates camera rays: perspective and orthographic pinholes, a thin lens, and a panorama. A
-// panorama shows all directions from one point on a latitude-longitude map in world axes, laid out
-// like EnvironmentDescription, regardless of the camera's orientation.
+// Generates camera rays for a pinhole, an orthographic view, a thin lens or a panorama. A panorama
+// shows all directions from one point on a latitude-longitude map in world axes, laid out like
+// EnvironmentDescription, regardless of the camera's orientation.
 //
 // The lens follows R. Cook, T. Porter, L. Carpenter, "Distributed Ray Tracing" (SIGGRAPH 1984): all
 // light that comes from a point in the plane of focus and passes through the lens meets in one
@@ -77,11 +77,11 @@ class Camera {
   // Returns (x * depth, y * depth, depth) of a point in internal space, with x and y in pixels.
   Vec3d project_to_film(const Vec3d& point) const;
 
-  // The matrices from world space at shutter open that OpenEXR defines for its header. `origin` is
-  // Scene::origin(). to_camera maps to the axes right, up and ahead. After division by w, to_ndc
-  // maps the frame's upper left corner to (0, 0) and its lower right corner to (1, 1), and z is 1 /
-  // depth. For an orthographic camera, z is the depth. Panoramas have no such matrices, because
-  // their projection is not a matrix.
+  // The matrices from world space that an OpenEXR header contains (worldToCamera and worldToNDC),
+  // at shutter open. `origin` is Scene::origin(). to_camera gives the components to the right, up
+  // and ahead. After division by w, to_ndc maps the frame's upper left corner to (0, 0) and its
+  // lower right corner to (1, 1), and z is 1 / depth. For an orthographic camera, z is the depth.
+  // Panoramas have no such matrices, because their projection is not a matrix.
   struct WorldMatrices {
     Mat44d to_camera, to_ndc;
   };
@@ -98,8 +98,8 @@ class Camera {
   // Returns the film velocity of a point in pixels per frame, to the right and up. The point is at
   // `from` at shutter open, and at `to` at shutter close, `frames` frames later. With an instant
   // shutter, these times are the rendered instant and one frame later
-  // (CameraDescription::next_frame). The point is seen through the lens's centre. The part of its
-  // path at less than a hundredth of the farther end's depth is clipped off. The result fits a half
+  // (CameraDescription::next_frame). The point is seen through the lens's centre. Of its path, the
+  // part nearer than a hundredth of the farther end's depth is ignored. The result fits a half
   // float. In a panorama, the motion takes the shorter way round.
   Vec2f velocity(const Vec3d& from, const Vec3d& to, double frames) const;
   // Returns the film velocity that the camera's rotation gives to a point at infinity.
@@ -114,8 +114,9 @@ class Camera {
     Vec3d position;
     Imath::Quatd rotation;
   };
-  // The constant parameters: half the image size at shutter open (perspective: at distance 1), the
-  // step between pixels, `handed` (-1 for a mirrored image, otherwise 1), and the lens radius.
+  // The constant parameters. `half_width` and `half_height` are half the image size at shutter open
+  // (perspective: at distance 1). `per_column` and `per_row` are the steps between pixels. `handed`
+  // is -1 for a mirrored image, otherwise 1.
   struct Shape {
     bool orthographic = false, panorama = false;
     double width = 1.0, height = 1.0;  // frame size in pixels; only panoramas use it

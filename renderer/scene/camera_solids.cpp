@@ -74,7 +74,8 @@ std::shared_ptr<const CameraSolids> CameraSolids::find(const Scene& scene, const
 
   std::shared_ptr<CameraSolids> found(new CameraSolids(scene));
   found->differs_per_ray_ = differs_per_ray;
-  // A ray that meets an edge may give a wrong count, so two of the three rays must agree.
+  // A ray that meets an edge may count wrongly, so the camera counts as inside a solid if at least
+  // two of the three rays say so.
   std::map<uint32_t, int> votes;
   for (const Vec3f& direction : kDirections) {
     for (const auto& [instance, winding] :

@@ -1,11 +1,11 @@
 // A built scene that follows edits without rebuilding its BVH, for interactive rendering.
 //
 // An edited scene renders bit-identically to one built from the edited description. The BVH depends
-// on materials only through its filter (geometry.h). The filter handles back-face culling, which
-// transmission turns off, and coverage, which variants may change. In an editable scene, wherever
-// culling or coverage may change, the filter reads it from the mesh at every candidate hit. It does
-// so for culling if any of the mesh's possible materials is single-sided, and for coverage if the
-// mesh has several possible materials and one of them has alpha.
+// on materials only through its filter (geometry.h), which culls back faces and tests coverage.
+// Edits can change both: transmission turns culling off, and a variant may assign a material with
+// alpha. Where this may happen, the filter of an editable scene reads from the mesh at every
+// candidate hit what to do. For culling, this concerns meshes with a possible material that is
+// single-sided; for coverage, meshes with several possible materials of which one has alpha.
 #pragma once
 
 #include <memory>
@@ -42,7 +42,7 @@ class EditableScene {
 
  private:
   SceneBuildOptions options_;
-  SceneDescription original_;  // an outline, without geometry
+  SceneDescription original_;  // without geometry
   SceneEdits edits_;
   std::unique_ptr<Scene> scene_;
 };

@@ -26,10 +26,10 @@ using QueryContext = RTCRayQueryContext;
 using QueryContext = RTCIntersectContext;
 #endif
 
-// The bytes per object that Embree takes from malloc without telling the memory monitor, including
-// the scene's table entries. We measured them with Embree 3.13.5 and 4.4.1 as the growth of
-// mallinfo2()'s figure over 200,000 objects of each kind. These bytes matter only in scenes with
-// very many small meshes or instances.
+// The bytes per object that Embree takes from malloc without telling the memory monitor. They
+// include the object's entries in the tables of its scene. We measured them with Embree 3.13.5 and
+// 4.4.1 as the growth of mallinfo2()'s figure over 200,000 objects of each kind. These bytes matter
+// only in scenes with very many small meshes or instances.
 #if EMBERLINE_EMBREE_MAJOR >= 4
 inline constexpr uint64_t kTriangleObjectBytes = 502;
 inline constexpr uint64_t kInstanceObjectBytes = 54;  // the transform is monitored

@@ -16,21 +16,22 @@ namespace {
 
 using Vec2d = Imath::Vec2<double>;
 
-// Maximum number of cells of a map; in frames with more pixels, a cell covers several pixels.
+// Maximum number of cells of a map. In frames with more pixels, a cell covers several of them.
 constexpr int64_t kMaxCells = int64_t(1) << 20;
 // Maximum number of triangles; chosen by us. Each takes about 200 ns of one thread
 // (tests/bench/results).
 constexpr uint64_t kMaxTriangles = uint64_t(1) << 20;
-// Limit on the work: the average number of marks per cell.
+// Limit on the work: the average number of times that a cell may be marked.
 constexpr int64_t kMaxMarksPerCell = 64;
 // A map with a smaller fraction of empty cells is not worth its cost.
 constexpr double kMinEmptyFraction = 1.0 / 64;
 // Safety margin in pixels around the filter's reach. The error of the camera's position already
 // covers the rounding of ray directions.
 constexpr double kMargin = 1.0 / 16;
-// The distance between a triangle and a ray's hit on it is at most this number times the surface
-// point's error bound (README.md, "Ray offsets") times the transform's condition number. The bound
-// covers the rounding of rays that are transformed into an instance, and has a safety margin.
+// A ray's hit may lie beside its triangle. The distance is at most this number times the error
+// bound of the surface point (README.md, "Ray offsets") times the condition number of the
+// transform. The number covers the rounding of rays that are transformed into an instance, and a
+// safety margin.
 constexpr double kErrorScale = 16;
 
 double largest(const Vec3d& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
@@ -68,9 +69,8 @@ class EmptyPixels::Projection {
     pixels_per_error_ = 1 / std::min(pixel.x, pixel.y) + 2.0 * (width + height) + 4.0 * reach;
   }
 
-  // Marks the cells in which a triangle may be visible. Adds the number of these cells plus the
-  // number of their rows to `*marks`, as a measure of the work. Returns false if no bound on these
-  // cells can be given.
+  // Marks the cells in which a triangle may be visible. Adds the work to `*marks`: the number of
+  // these cells plus the number of their rows. Returns false if the cells cannot be bounded.
   bool mark(const std::array<Vec3d, 3>& corners, double error, int64_t* marks) const;
   // Returns a bound on the distance between a point of a triangle and the position where a ray may
   // hit it. `plane_error_bound` is the triangle's plane_error().
@@ -94,7 +94,7 @@ class EmptyPixels::Projection {
   double pixels_per_error_;    // largest shift on the film, in pixels, for an error of 1 at depth 1
 };
 
-// Returns a lower bound on the depth of the triangle's visible points, derived from the camera's
+// Returns a lower bound on the depth of the triangle's visible points. It follows from the camera's
 // distance to the triangle's plane.
 double EmptyPixels::Projection::min_visible_depth(const std::array<Vec3d, 3>& p) const {
   const Vec3d normal = (p[1] - p[0]).cross(p[2] - p[0]);

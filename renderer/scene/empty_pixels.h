@@ -20,9 +20,9 @@ class EmptyPixels {
  public:
   // `reach` is the maximum distance of a pixel's samples from its centre, in pixels
   // (PixelFilter::radius). Returns null if the map would save nothing: if hardly any pixels are
-  // empty, or if triangles are so many or so large that projecting them would take longer than
-  // tracing the rays. Also returns null if one perspective projection is not enough (motion,
-  // lenses, orthographic cameras, panoramas). Uses all threads.
+  // empty, or if projecting the triangles would take longer than tracing the rays. Also returns
+  // null for motion, lenses, orthographic cameras and panoramas, because the map is made for a
+  // single pinhole view. Uses all threads.
   static std::shared_ptr<const EmptyPixels> find(const Scene& scene, const Camera& camera,
                                                  int width, int height, float reach);
 

@@ -25,13 +25,12 @@ struct PlacedEmitters {
   const std::vector<EmissiveTriangle>& emitters;
 };
 
-// Emitters that lie in surfaces, with the largest distance that rounding may put between an emitter
-// and its surface.
+// The emitters that lie in surfaces, and these surfaces.
 struct FlushSurfaces {
   // For each emitter, a bound on the distance that Embree's rounding puts between it and the
   // surface that it lies in; 0 if it lies in no surface.
   std::vector<float> reach;
-  // A bound of the same kind for each flush emitter and for each surface in which one lies. The key
+  // The largest such bound of each triangle that is a flush emitter or in which one lies. The key
   // is surface_key().
   std::unordered_map<uint64_t, float> offsets;
 };
@@ -65,9 +64,10 @@ class FlushEmitters {
     uint32_t emitter;  // only lower indices are searched
     float t, u, v;     // u, v for the order of the mesh's vertices
   };
-  // Returns whether an emitter with an index below candidate->emitter lies in the surface that the
-  // ray hits at `t`. `cosine` is the absolute dot product of that surface's normal and the
-  // unnormalised direction. If so, replaces *candidate with the emitter that has the lowest index.
+  // Searches the emitters with an index below candidate->emitter for those that lie in the surface
+  // that the ray hits at `t`. If there are any, replaces *candidate with the one with the lowest
+  // index and returns true. `cosine` is the absolute dot product of the surface's normal and the
+  // unnormalised direction.
   bool find_lowest_emitter(const Ray& ray, float t, float cosine, CoverageKey coverage_key,
                            Candidate* candidate) const;
 

@@ -1,9 +1,9 @@
 // The search for emitters that lie in other surfaces (flush_emitters.h).
 //
 // Each triangle has its own plane_error(), which grows with the triangle's coordinates. The error
-// of a distant triangle may exceed the size of a hundred near triangles. Therefore each surface
-// triangle searches a tree of emitter points with its own radius, which grows with the errors of
-// the triangle and of the point. With one radius for the largest error, every emitter would meet
+// of a distant triangle may exceed the size of a hundred near triangles. Therefore each triangle
+// searches a tree of emitter points with a radius of its own, which depends on the errors of the
+// triangle and of the point. If one radius had to cover the largest error, every emitter would find
 // every other emitter.
 #include <algorithm>
 #include <array>
@@ -20,17 +20,17 @@
 namespace emberline::scene_detail {
 namespace {
 
-// If there are more emitters than this, they are taken to be small compared with the surfaces that
-// they lie in, and only their centres are tested. Chosen by us.
+// With more emitters than this, only their centres are tested, because they are then probably small
+// compared with the surfaces that they lie in. Chosen by us.
 constexpr size_t kManyEmitters = 1 << 16;
 
-// Maximum number of triangles examined, in total (a few seconds of work) and per range. Chosen by
-// us.
+// Maximum number of triangles examined in total (a few seconds of work), and per range, the unit of
+// parallel work. Chosen by us.
 constexpr uint64_t kMaxTriangles = uint64_t(1) << 26;
 constexpr size_t kRangeSize = 4096;
-// Maximum number of points examined. The total is limited to kMaxVisits plus an allowance per
-// triangle; a range has its own limit. Chosen by us. An ordinary triangle meets about ten points,
-// whereas a wall meets the points of all lamps on it.
+// Limits on the number of points examined; chosen by us. The total limit is kMaxVisits plus
+// kVisitsPerTriangle for each triangle; a range has its own limit as well. An ordinary triangle
+// meets about ten points, whereas a wall meets the points of all lamps on it.
 constexpr uint64_t kMaxVisits = uint64_t(1) << 24, kVisitsPerTriangle = 32,
                    kMaxVisitsPerRange = 1 << 22;
 
@@ -227,7 +227,7 @@ void FlushSearch::visit_points(const TriangleRange& range, const Visit& visit) c
 }
 
 // Returns the number of visits allowed per range, such that the total stays within the limit. The
-// number does not depend on the number of threads.
+// limit is per range so that the result does not depend on the threads.
 uint64_t FlushSearch::max_visits_per_range(const std::vector<TriangleRange>& ranges) const {
   std::vector<uint64_t> counts(ranges.size(), 0);
   parallel_each(ranges.size(), [&](size_t i) {
@@ -253,8 +253,8 @@ void FlushSearch::search_range(const TriangleRange& range, uint64_t visits_left)
         const EmissiveTriangle& e = placed_.emitters[point.emitter];
         const bool is_same_triangle = e.instance == range.instance && e.primitive == t;
         if (!is_same_triangle && surface.contains(e, point.position, double(error + point.error))) {
-          // The planes may be error + point.error apart, and Embree may see them farther apart by
-          // as much again.
+          // The planes may be error + point.error apart, and Embree's rounding may add the same
+          // distance again.
           const float reach = 2.0f * (error + point.error);
           float& max_reach = surfaces[t];
           max_reach = std::max(max_reach, reach);

@@ -20,8 +20,8 @@ void on_error(void* /*user*/, RTCError /*code*/, const char* message) {
   log_verbose(std::string("Embree: ") + message);
 }
 
-// Says when a filter culls or tests coverage: never, always, or only for hits at which the mesh
-// asks for it.
+// Says whether a filter culls (or tests coverage): never, always, or as the mesh's flag says at the
+// time of each hit.
 enum class FilterRule { kNever, kAlways, kPerHit };
 
 FilterRule filter_rule(bool now, bool may_change) {
@@ -113,9 +113,9 @@ RTCFilterFunctionN choose_filter(FilterRule culls, FilterRule covers) {
   return kFilters[size_t(culls)][size_t(covers)];
 }
 
-// Decomposes transforms so that Embree interpolates their rotation spherically: each becomes a
-// triangular matrix (scale and skew), a rotation and a translation. The interpolation between two
-// rotations takes the shorter way.
+// Splits each transform into a triangular matrix (scale and skew), a rotation and a translation, so
+// that Embree interpolates rotations spherically. Of q and -q, which are the same rotation, it
+// takes the one nearer to the previous step, so that the interpolation takes the shorter way.
 std::vector<RTCQuaternionDecomposition> decompose(std::span<const Mat44d> steps) {
   std::vector<RTCQuaternionDecomposition> result;
   Imath::Quatd before;
@@ -150,9 +150,8 @@ struct BuildMonitor {
 
 }  // namespace
 
-// ThreadSanitizer sees that Embree's threads allocate and free memory, but not how Embree
-// synchronises them. So in ThreadSanitizer builds the calling thread works alone. Tracing is not
-// affected.
+// In ThreadSanitizer builds, the calling thread builds alone, because ThreadSanitizer sees the
+// memory accesses of Embree's threads but not their synchronisation. Tracing is not affected.
 void build_bvh(RTCScene scene, LoadProgress& progress, uint64_t items) {
 #ifdef EMBERLINE_THREAD_SANITIZER
   const tbb::global_control alone(tbb::global_control::max_allowed_parallelism, 1);
@@ -162,7 +161,7 @@ void build_bvh(RTCScene scene, LoadProgress& progress, uint64_t items) {
     rtcSetSceneProgressMonitorFunction(scene, BuildMonitor::on_progress, &watched);
   rtcCommitScene(scene);
   if (progress.watched()) rtcSetSceneProgressMonitorFunction(scene, nullptr, nullptr);
-  progress.check();  // so that a cancelled build reports no progress
+  progress.check();  // throws if cancelled, before progress is reported
   progress.advance(items);
 }
 

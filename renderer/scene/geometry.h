@@ -21,8 +21,7 @@ namespace emberline::scene_detail {
 // Per-geometry data for the filter callback.
 struct GeometryRecord {
   const Mesh* mesh = nullptr;
-  // The instance that salts the coverage decision; kRayInstance means the instance that the ray is
-  // in.
+  // The instance for coverage decisions and visibility; kRayInstance: the one that Embree reports.
   uint32_t instance = kRayInstance;
   bool tests_visibility = false;  // whether Mesh::visibility is set
   static constexpr uint32_t kRayInstance = RTC_INVALID_GEOMETRY_ID;
@@ -63,8 +62,8 @@ class EmbreeDevice {
   const std::shared_ptr<MemoryBudget> budget_;
   const std::string place_;
   std::atomic<int64_t> monitored_bytes_{0};  // reported by Embree's memory monitor
-  // The size of the first block that exceeded the budget, and the rest of the budget at that time.
-  // Both are stored because a failing build releases memory before check() reports the error.
+  // The size of the first block that exceeded the budget, and what was left of the budget then.
+  // Both are stored, because a failing build releases memory before check() reports the error.
   struct Rejection {
     uint64_t bytes = 0, left = 0;
   };
@@ -92,7 +91,7 @@ struct EmbreeScene {
   uint64_t items_ = 0, object_bytes_ = 0;
 };
 
-// Meshes must stay at the same address unless their records are updated.
+// The BVHs of a scene. Each mesh must stay at its address, unless its GeometryRecord is updated.
 class Geometry {
  public:
   explicit Geometry(std::shared_ptr<EmbreeDevice> device);
@@ -102,12 +101,13 @@ class Geometry {
   // Adds a mesh to the top level; the geometry's id is the instance's index.
   void add_mesh(Mesh& mesh, uint32_t instance) { add_mesh(top_, mesh, instance); }
   void add_instance(const EmbreeScene& mesh_scene, const Affine& transform, uint32_t instance);
-  // Adds an instance that moves through `steps`, in internal space, evenly spaced over the shutter.
-  // Returns its index among the moving instances.
+  // Adds a moving instance. `steps` are its transforms to internal space at evenly spaced times of
+  // the shutter. Returns its index among the moving instances.
   uint32_t add_moving_instance(const EmbreeScene& mesh_scene, std::span<const Mat44d> steps,
                                uint32_t instance);
-  // Adds meshes that no pose moves. They go into a separate BVH below the top level, keeping their
-  // ids. Reuses the BVH of `before` if that BVH was built for the same list.
+  // Adds meshes that no pose moves. They go into a separate BVH below the top level, where a
+  // geometry's id is still the instance's index. Reuses the BVH of `before` if it was built for the
+  // same list.
   struct StaticInstance {
     uint32_t mesh, instance;
     uint64_t key;
@@ -161,8 +161,7 @@ inline Vec3d transform_point(const Affine& m, const Vec3d& p) {
              fma(to_double(m.y), p.y, fma(to_double(m.z), p.z, to_double(m.translation))));
 }
 
-// The first function returns the bounds of a transformed box. The second returns the bounds of
-// vertices; it ignores the last entry, which is padding.
+// Return the bounds of a transformed box, and of vertices without the last entry, which is padding.
 Imath::Box3f transformed(const Imath::Box3f& box, const Affine& m);
 Imath::Box3f bounds_of(const std::vector<Vec3f>& positions);
 

@@ -80,12 +80,13 @@ void SolidCrossing::find_coincident_faces(const Scene& scene, const SurfaceInter
     const bool is_same_side = found[i].is_exit == found[next - 1].is_exit;
     const Material& material = scene.material_of(instance);
     if (!material.is_solid()) {
-      // flush_emitters.h decides whether emissive surfaces are seen.
+      // Whether an emissive surface is seen is decided in flush_emitters.h.
       if (has_surface_ || material.is_emissive()) continue;
       has_surface_ = true;
       surface_ = found[i].hit;
     } else if (here != own && is_same_side && !solids->is_flat(instance)) {
-      // At an edge, a ray meets two faces of a solid but crosses its surface once or not at all.
+      // Adds one face per solid: at an edge, a ray meets two faces of a solid, but crosses its
+      // surface once or not at all.
       faces_[count_++] = found[i];
     }
   }

@@ -11,8 +11,8 @@ namespace emberline {
 // The list of solids that contain a point on a path. Does not allocate.
 class Interior {
  public:
-  // Maximum number of solids. If one more is entered, the first-entered solid that is not the
-  // medium is dropped.
+  // Maximum number of solids. Entering one more drops the solid that was entered first (but never
+  // the medium).
   static constexpr int kLimit = 16;
   static constexpr uint32_t kNone = ~0u;
 
@@ -33,11 +33,10 @@ class Interior {
     medium_ = &scene.material_of(instance);
     return true;
   }
-  // Leaves a solid. If this instance is closed but was never entered, leaves another part of the
-  // same body, provided that such a part was entered. If this instance is open and was never
-  // entered, leaves the most recently entered solid with the same material, because a solid may
-  // consist of several open meshes. If no such solid was entered, leaves the solid that counts as
-  // the medium.
+  // Leaves a solid. If this instance was never entered, leaves another one in its place. For a
+  // closed instance, this is an entered part of the same body; if there is none, the list stays as
+  // it is. For an open instance, it is the last entered solid with the same material, because a
+  // solid may consist of several open meshes; if there is none, it is the medium.
   void leave(const Scene& scene, uint32_t instance) {
     if (count_ != 1 || instance_ != instance) return leave_nested(scene, instance);
     count_ = 0;
@@ -60,8 +59,8 @@ class Interior {
 
 // The solid faces that a ray crosses at a hit. There may be several faces if they coincide, such as
 // those of a liquid and its glass. There is no face if the solid is so flat that its own faces
-// coincide. If another surface lies in the face, such as the table under a glass, the ray hits that
-// surface instead of the face.
+// coincide. If a surface without an interior lies in the face, such as the table under a glass, the
+// ray hits that surface instead.
 class SolidCrossing {
  public:
   // Faces coincide with the hit face if they lie within this multiple of its error bound.
@@ -90,8 +89,8 @@ class SolidCrossing {
     }
     return fits;
   }
-  // Returns the coincident face that scatters light. Of the solids on the near and the far side, it
-  // belongs to the one that has priority.
+  // Returns the one of the coincident faces that scatters light: the face of the solid that has
+  // priority among the solids on the near and the far side.
   const SurfaceHit& visible_face(const Scene& scene, const Interior& near,
                                  const Interior& far) const {
     return count_ == 1 ? faces_[0].hit : priority_face(scene, near, far);

@@ -30,9 +30,9 @@ struct LightGroup {
 // Immutable, thread-safe.
 class LightGroups {
  public:
-  // Groups the lights of the scene built from `original` with `baseline`; make a new object after
-  // every edit of the scene. `original` must be a description after apply(), complete or an
-  // outline, such as EditableScene::original(). Throws like apply().
+  // Groups the lights of a scene that was built from `original` with the edits `baseline`. Every
+  // further edit of the scene needs a new object. `original` must be a description after apply(),
+  // complete or without geometry, such as EditableScene::original(). Throws like apply().
   explicit LightGroups(const SceneDescription& original, const SceneEdits& baseline = {});
 
   std::span<const LightGroup> list() const { return list_; }
@@ -47,10 +47,10 @@ class LightGroups {
   // Returns the weights that turn a frame rendered with the baseline into a frame with `edits`
   // (with different noise), or nullopt if new rays are needed. New rays are needed if anything has
   // changed other than the intensity, colour or on/off state of lights and the environment's
-  // strength. New rays are also needed if a channel that is black in the baseline must shine (see
-  // neutral_baseline()). A light raised far above its baseline is noisy, because it got few
-  // samples. A light that is flush with another surface still hides that surface when it is off.
-  // Throws like apply().
+  // strength. New rays are also needed if a light must emit in a channel that is black in the
+  // baseline (see neutral_baseline()). A light raised far above its baseline is noisy, because it
+  // got few samples. A light that is flush with another surface still hides that surface when it is
+  // off. Throws like apply().
   std::optional<LightMix> mix(const SceneEdits& edits) const;
 
  private:
@@ -63,16 +63,16 @@ class LightGroups {
   SceneEdits baseline_;
   SceneDescription built_;  // `original_` with the baseline's edits
   std::vector<LightGroup> list_;
-  // The group of each light and material, by index in the description. The indices of of_point_
-  // count only the lights that shine.
+  // The group of each light and material, by index in the description. of_point_ has entries only
+  // for lights that shine.
   std::vector<uint8_t> of_light_, of_point_, of_material_;
   uint8_t of_environment_ = kNone;
 };
 
-// Returns edits to render with. They let every light that `edits` switch off or set to 0 in a
-// channel come back without new rays: they switch such lights on and replace zeros in their
-// intensity and colour. mix(edits) then shows `edits`. The price is that some rays are spent on
-// lights that `edits` switch off.
+// Returns edits to render with, so that lights that `edits` turn off can be turned on later without
+// new rays. They are `edits` with these lights switched on, and with zeros in intensities and
+// colours replaced; mix(edits) then shows `edits`. The price is that some rays are spent on lights
+// that are off.
 SceneEdits neutral_baseline(const SceneEdits& edits);
 
 }  // namespace emberline

@@ -27,29 +27,32 @@ namespace {
 // frame has pixels, but always at least as many as the pilot.
 constexpr int kPilotBits = 9, kPilotSurfaces = 2;
 constexpr int kSurveyBits = 14, kSurveySurfaces = 4;
-// A guide is worthwhile if the relative variance of samples at one surface point is at least
-// kMinRelativeVariance, and the environment contributes at least kMinEnvironmentFraction of the
-// light.
+// An environment guide is worthwhile if the relative variance of samples at one surface point is at
+// least kMinRelativeVariance, and the environment contributes at least kMinEnvironmentFraction of
+// the light.
 constexpr double kMinRelativeVariance = 3, kMinEnvironmentFraction = 0.3;
 constexpr int kPilotSamples = 8;
-// To choose the factors of the kinds of light, we try powers of two from 2^-kMaxDoublings to
-// 2^kMaxDoublings, with kKindSamples light samples per surface point. The paths for this have more
-// surfaces, because a sunlit patch may light a room that does not see the sun. Each doubling or
-// halving must reduce the noise by the fraction kDoublingPenalty. If even the best factors leave
-// kMaxNoiseRatio of the noise or more, no factors are used.
+// For KindFactors, we try powers of two from 2^-kMaxDoublings to 2^kMaxDoublings, with kKindSamples
+// light samples per surface point. The paths for this have more surfaces, because a sunlit patch
+// may light a room that does not see the sun. Each doubling or halving must reduce the noise by the
+// fraction kDoublingPenalty. If even the best factors leave kMaxNoiseRatio of the noise or more, no
+// factors are used.
 constexpr int kKindSurfaces = 4, kKindSamples = 16, kMaxDoublings = 8;
-// Number of cells of the frame over which samples are pooled. A path's low bits give its cell.
+// Number of cells of the frame over which samples are pooled. The low bits of a path's index give
+// its cell.
 constexpr uint32_t kCells = 32;
 constexpr float kMinKindFraction = 0.05f;
 constexpr double kDoublingPenalty = 0.01, kMaxNoiseRatio = 0.95;
 // Shadow rays stop at this fraction of the distance, so that they do not hit the lamp itself.
 constexpr float kShadowRayFraction = 0.999f;
 constexpr size_t kMinPlaces = 64;
-// Fraction of the surface points trimmed at each end of each axis; outliers get no region.
+// Fraction of the surface points that is cut off at each end of each axis. These outliers get no
+// region.
 constexpr double kTrimFraction = 0.01;
-// Number of rays from a region into each tile. There are kBaseRays, plus a number proportional to
-// the tile's fraction of the light (at most kMaxLightRays), plus kExtraRays if the tile or a
-// neighbour was visible. The mean of the neighbours counts as kNeighbourRays rays.
+// Number of rays from a region into each tile of the environment (sky_regions.h). There are
+// kBaseRays, plus a number proportional to the tile's fraction of the light (at most
+// kMaxLightRays), plus kExtraRays if the tile or a neighbour was visible. In a tile's visibility,
+// the mean of its neighbours counts as kNeighbourRays rays.
 constexpr int kBaseRays = 2, kRaysOfAllLight = 256, kMaxLightRays = 32, kExtraRays = 8;
 constexpr float kNeighbourRays = 4;
 // Maximum number of smooth thin walls, such as window panes, that a ray passes through.
@@ -216,8 +219,8 @@ LightSample LightSurvey::light_sample(const SurfacePoint& place, const LightGuid
   return sample;
 }
 
-// Returns the arriving light divided by `density`, the pdf of the light sample alone or of all
-// techniques together.
+// Returns the arriving light divided by `density`, which is the pdf of light sampling, or the sum
+// of the pdfs of light and BSDF sampling.
 double LightSurvey::incident_light(const SurfacePoint& place, const LightSample& s, double density,
                                    Rng& rng) const {
   const float cosine = dot(s.direction, place.geometric_normal);
@@ -304,8 +307,8 @@ KindSecondMoments LightSurvey::kind_squares(const SurfacePoint& place, const Lig
   return result;
 }
 
-// Returns the sum of the cells' relative standard deviations. The frame's mean light is added to
-// each cell's light, because a cell may be dark.
+// Returns the sum of the cells' relative standard deviations. They are relative to the cell's light
+// plus the frame's mean light, because a cell may be dark.
 double LightSurvey::noise(std::span<const SurfacePoint> places,
                           std::span<const KindSecondMoments> squares,
                           const KindFactors& factors) const {
@@ -382,8 +385,8 @@ void LightSurvey::measure_visibility(const EnvironmentGuide& guide,
       result.squares += square(cosine * transmittance(place, direction, kInfinity, rng));
     }
   };
-  // Tiles with a lot of light get more rays: the sun may be visible from only a small part of the
-  // region.
+  // Tiles with a lot of light get more rays: a sun in the map may be visible from only a small part
+  // of the region.
   std::vector<int> lit_tiles;
   for (int tile = 0; tile < kCount; ++tile) {
     const double share = guide.light_fraction(tile);

@@ -1,11 +1,11 @@
-// Traces a few rays to the lights, from the surfaces that a camera's paths meet. The rays tell
-// which kinds of light arrive there and whether little of the environment is visible. If so, they
-// also tell which part of it is visible from where.
+// Measures which lights reach a view, by a few rays to the lights from the surfaces that the
+// camera's paths meet. The survey finds out which kinds of light arrive there and, if little of the
+// environment is visible, which part of it is visible from where.
 //
 // The environment guide follows the learning phase of Atanasov et al. 2018
 // (renderer/lights/environment_guide.h). The guide is a pure function of the scene and the whole
-// frame's view, independent of driver, crop, part, sample count and seed. So law 1 also holds for
-// the samples that it guides.
+// frame's view, independent of driver, crop, part, sample count and seed. So law 1
+// (renderer/README.md) also holds for the samples that it guides.
 #pragma once
 
 #include <memory>

@@ -35,9 +35,9 @@ float transformed_magnitude(const Affine& m, const Vec3f& p) {
   return max_component(sum);
 }
 
-// Returns a normal for a triangle that collapsed when it was placed and rounded. Embree's rounding
-// may give the triangle a plane, so the triangle still closes the surface between its neighbours.
-// Any normal perpendicular to its longer edge will do.
+// Returns a normal for a triangle that became degenerate when it was placed and rounded. Rays may
+// still hit it, because Embree rounds differently. Any normal perpendicular to its longer edge will
+// do.
 Vec3d degenerate_normal(const Vec3d& e1, const Vec3d& e2) {
   const Vec3d e = e1.length2() > e2.length2() ? e1 : e2;
   const Vec3d n = std::abs(e.x) < std::abs(e.y) ? Vec3d(0, -e.z, e.y) : Vec3d(e.z, 0, -e.x);
@@ -157,8 +157,8 @@ bool Scene::intersect(const Ray& ray, CoverageKey coverage_key, SurfaceHit* hit)
   hit->t = ray_hit.ray.tfar;
   hit->u = ray_hit.hit.u;
   hit->v = ray_hit.hit.v;
-  // For geometry outside an instance and for the static group, instID is not an instance of the
-  // scene, but geomID is.
+  // For geometry outside an Embree instance and for the static group, instID is not the index of a
+  // scene instance, but geomID is.
   hit->instance =
       ray_hit.hit.instID[0] < instances_.size() ? ray_hit.hit.instID[0] : ray_hit.hit.geomID;
   hit->primitive = ray_hit.hit.primID;
@@ -279,7 +279,7 @@ template <class T>
 
 }  // namespace
 
-// Interpolates the attributes that only textures, vertex colours and coverage need.
+// Interpolates the attributes that are needed only for textures, vertex colours and coverage.
 void Scene::interpolate(const Mesh& mesh, const Instance& instance, const SurfaceHit& hit,
                         float time, SurfaceInteraction& s) const {
   s.attributes = scene_detail::interpolate_attributes(mesh, hit.primitive, hit.u, hit.v);
@@ -437,9 +437,8 @@ std::array<Vec3f, 3> Scene::corners(const EmissiveTriangle& triangle, float time
   return corners;
 }
 
-// The transform and the mesh may have different numbers of segments. Returns their least common
-// multiple, so that each returned segment lies within one segment of the transform and one segment
-// of the mesh.
+// Returns the least common multiple of the numbers of segments of the transform and of the mesh, so
+// that each returned segment lies within one segment of each.
 int Scene::segments(const EmissiveTriangle& triangle) const {
   const Instance& instance = instances_[triangle.instance];
   const size_t mesh_steps = std::max(meshes_[instance.mesh].motion.size(), size_t(1));
@@ -471,8 +470,8 @@ float Scene::surface_offset(uint32_t index, uint32_t primitive, float time) cons
   return offset_of(instance_at(index, time, &moved), index, primitive, time);
 }
 
-// Rounding chose the hit among coincident surfaces. Replaces it by a hit on the surface that is in
-// front according to flush_emitters.h.
+// Rounding decides which of several coincident surfaces a ray hits. Replaces the hit by one on the
+// surface that is in front by the rule in flush_emitters.h.
 void Scene::resolve_flush_emitter(const Ray& ray, CoverageKey coverage_key, SurfaceHit* hit) const {
   Instance moved;
   const Instance& instance = instance_at(hit->instance, ray.time, &moved);

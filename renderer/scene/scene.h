@@ -1,6 +1,6 @@
-// The parts of a scene that this frame needs, ready for tracing: geometry in an Embree BVH,
-// compiled materials and the light sampler. build_scene() builds the object. Afterwards it is
-// immutable and thread-safe, except for update_scene() on editable scenes.
+// The parts of a scene that a frame needs, ready for tracing: geometry in an Embree BVH, compiled
+// materials and the light sampler. build_scene() builds the object. Afterwards it is immutable and
+// thread-safe, except for update_scene() on editable scenes.
 //
 // Internal space: internal = (world - origin()) * scale(). A scene far from the world's origin is
 // translated in double precision before it is rounded to float; a scene of extreme size is scaled
@@ -126,7 +126,7 @@ struct Affine {
 
 struct Instance {
   uint32_t mesh = 0;
-  bool transformed = false;  // if false, the mesh is already in internal space
+  bool transformed = false;  // false: the mesh is already in internal space
   bool mirrored = false;
   uint32_t first_emitter = 0xffffffffu;  // index of triangle 0's emitter, if the mesh emits
   // Index among Geometry's moving instances, or kStatic. If the instance moves, to_internal is its
@@ -162,17 +162,17 @@ class Scene : private EmitterMotion {
 
   // Returns the transmittance between `from` and `to`, both already offset from their surfaces. It
   // is 0 if something opaque lies between the two points, otherwise the product of 1 - coverage.
-  // Values below 1/16 are randomly replaced by 1/16 or 0, as `coverage_key` decides. The expected
-  // value agrees with intersect().
+  // Values below 1/16 are randomly rounded to 1/16 or 0 (Russian roulette with `coverage_key`). The
+  // expected value agrees with intersect().
   float transmittance(const Vec3f& from, const Vec3f& to, float time,
                       CoverageKey coverage_key) const;
   // Like transmittance(), but from `from` to infinity.
   float transmittance_to_infinity(const Vec3f& from, const Vec3f& direction, float time,
                                   CoverageKey coverage_key) const;
 
-  // Returns whether a sampled emitter point lies in another emitter that counts as being in front
-  // of it. Call this if transmittance() is not 0, since the shadow ray ends before both emitters.
-  // See flush_emitters.h.
+  // Returns whether the sampled emitter is hidden by a coincident emitter, which counts as being in
+  // front of it (flush_emitters.h). Call this if transmittance() is not 0: the shadow ray ends
+  // before both emitters, so it meets neither.
   bool is_behind_flush_emitter(const Vec3f& from, const LightSample& light, float time,
                                CoverageKey coverage_key) const;
 
@@ -182,7 +182,7 @@ class Scene : private EmitterMotion {
   size_t faces_along(const Vec3f& from, const Vec3f& direction, float length, float time,
                      CoverageKey coverage_key, std::span<CrossedFace> out) const;
 
-  // Returns whether some material has alpha, so that coverage keys matter.
+  // Returns whether some material has alpha. Only then do the functions above use coverage keys.
   bool has_coverage() const { return has_coverage_; }
   // Returns whether some material transmits light.
   bool is_transmissive() const { return is_transmissive_; }
@@ -192,8 +192,8 @@ class Scene : private EmitterMotion {
   bool has_smooth_solids() const { return has_smooth_solids_; }  // Material::is_smooth_solid
 
   bool moves(uint32_t instance) const;
-  // Returns whether the bounding box of some face of this instance intersects `box` at shutter
-  // open.
+  // Returns whether at shutter open the bounding box of some face of this instance intersects
+  // `box`.
   bool has_faces_near(uint32_t instance, const Imath::Box3f& box) const;
   // Returns null if the scene has no solids.
   const Solids* solids() const { return solids_.get(); }
@@ -260,7 +260,7 @@ class Scene : private EmitterMotion {
   friend class SceneUpdater;
   friend class Solids;
   Scene();
-  // Returns the positions of moving emitters.
+  // Returns this scene as the interface from which the lights get the positions of moving emitters.
   const EmitterMotion& emitter_motion() const { return *this; }
   std::array<Vec3f, 3> corners(const EmissiveTriangle& triangle, float time) const override;
   int segments(const EmissiveTriangle& triangle) const override;

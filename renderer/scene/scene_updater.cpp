@@ -25,7 +25,7 @@ uint64_t vector_bytes(const Vector& v) {
 
 std::string megabytes(uint64_t bytes) { return fmt::format("{:.1f} MiB", double(bytes) / 1048576); }
 
-// Returns whether the search for flush emitters has the same result for both emitters.
+// Returns whether the two emitters are the same to the search for flush emitters.
 bool same_flush_surfaces(const EmissiveTriangle& a, const EmissiveTriangle& b) {
   return a.instance == b.instance && a.primitive == b.primitive && a.two_sided == b.two_sided &&
          is_black(a.mean_radiance) == is_black(b.mean_radiance);
@@ -209,7 +209,8 @@ PointLight SceneUpdater::place_light(const PunctualLightDescription& source) con
   };
   static_cast<PointLightPlace&>(light) = place(source.to_world);
   for (const Mat44d& step : source.motion) light.motion.push_back(place(step));
-  // Intensity over squared internal distance must equal intensity over squared world distance.
+  // Internal intensity over squared internal distance must equal world intensity over squared world
+  // distance.
   light.intensity = converted(description_.to_working, source.intensity) *
                     (directional ? 1.0f : float(scene_.scale_ * scene_.scale_));
   light.share = converted(description_.to_working, source.share, source.intensity);

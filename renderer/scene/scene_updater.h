@@ -11,7 +11,7 @@ namespace emberline {
 
 class SceneUpdater {
  public:
-  // An outline (scene_edits.h) is enough as the description, since its geometry is not read. All
+  // The geometry of the description is not read, so it may come from copy_without_geometry(). All
   // four arguments must outlive the updater.
   SceneUpdater(Scene& scene, const SceneDescription& description, const SceneBuildOptions& options,
                LoadProgress& progress)

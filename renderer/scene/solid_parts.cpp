@@ -15,8 +15,8 @@ using scene_detail::SolidShape;
 
 namespace {
 
-// Returns whether both materials refract and absorb light alike. Their faces may look different,
-// for example on a partly frosted bottle.
+// Returns whether both materials refract and absorb light alike. Roughness does not matter, so a
+// partly frosted bottle is one solid.
 bool have_same_medium(const Material& a, const Material& b) {
   return a.ior() == b.ior() && a.dispersion() == b.dispersion() &&
          a.attenuation() == b.attenuation();
@@ -39,8 +39,8 @@ std::vector<uint32_t> Solids::parts_of(uint32_t body) const {
   return found == parts_.end() ? std::vector<uint32_t>{body} : found->second;
 }
 
-// Parts with different media stay open, because no wall between them shows where each medium ends.
-// Opaque parts may close a solid that has only one medium.
+// Joins only parts with the same medium: between two media there is no wall that shows where each
+// of them ends. Opaque parts may help to close a solid.
 void Solids::join_parts(const Scene& scene, const SceneDescription& description,
                         LoadProgress& progress) {
   using Parts = std::vector<uint32_t>;  // instances

@@ -134,8 +134,8 @@ void Solids::find_near() {
 // bounds.
 static constexpr float kReach = 8.0f;
 
-// A face at shutter open. This one time is enough, because solids whose faces stay coincident must
-// move together.
+// A face at shutter open. One time is enough, because solids whose faces stay coincident move
+// together.
 struct Solids::Face {
   Vec3f low, high;  // bounds
   float error;      // maximum distance from its plane at which a ray may hit it
@@ -226,8 +226,8 @@ void Solids::find_flat(const Scene& scene) {
       normal = here;
       plane_point = c[0];
       const Instance& placed = scene.instances_[i];
-      // A ray hits the faces of a thicker solid one after another, even if other faces coincide
-      // with them.
+      // If a solid is thicker than this, a ray hits its faces one after another, even if other
+      // faces coincide with them.
       reach = 2 * SolidCrossing::kReach *
               scene_detail::plane_error(scene.meshes_[placed.mesh], placed, p);
       return true;
@@ -247,9 +247,9 @@ void Solids::find_flat(const Scene& scene) {
   }
 }
 
-// Adds the faces that are near solids and belong to surfaces without an interior. Also adds the
-// faces of these solids, unless they are listed already. Skips emissive surfaces, because
-// flush_emitters.h handles them. Returns false if finding the faces takes too many tests.
+// For surfaces without an interior, adds the faces that are near solids, and the faces of these
+// solids unless they are listed already. Skips emissive surfaces, because flush_emitters.h handles
+// them. Returns false if this takes too many tests.
 bool Solids::add_surfaces(const Scene& scene, LoadProgress& progress, FaceList* faces) const {
   constexpr uint64_t kMaxTests = 50'000'000;  // about a second
   std::vector<Imath::Box3f> boxes;

@@ -40,12 +40,13 @@ class Solids {
                                             LoadProgress& progress);
 
   const std::vector<uint32_t>& instances() const { return instances_; }
-  // Returns whether the solid has an inside. It has one if each edge of its mesh, or of several
-  // meshes of a node together, is used equally often in both directions. Corners at the same
+  // Returns whether the solid's surface is closed: triangles use each edge equally often in both
+  // directions. Several meshes of a node may form a closed surface together. Corners at the same
   // position count as one.
   bool closed(uint32_t instance) const { return solids_[instance].closed; }
-  // Returns the body of an instance: the first of the instances that are closed together, or the
-  // instance itself. All parts of a closed body count as closed and contain the same medium.
+  // Returns the body of an instance: the first of the instances that together form its closed
+  // surface, or the instance itself. All parts of a closed body count as closed and contain the
+  // same medium.
   uint32_t body(uint32_t instance) const {
     return parts_.empty() ? instance : solids_[instance].body;
   }
@@ -55,13 +56,13 @@ class Solids {
   const std::map<uint32_t, uint32_t>& opaque_parts() const { return opaque_parts_; }
   // Returns whether `a` rather than `b` fills a point that both closed solids enclose. The smaller
   // solid fills it, so that a solid inside another always takes effect. The rule depends only on
-  // the point, not on the path that reaches it. It is a priority as in C. Schmidt & B. Budge,
-  // "Simple Nested Dielectrics in Ray Traced Images" (JGT 7(2), 2002), but derived from the
+  // the point, not on the path that reaches it. This is the priority of C. Schmidt & B. Budge,
+  // "Simple Nested Dielectrics in Ray Traced Images" (JGT 7(2), 2002), but it is derived from the
   // geometry.
   bool has_priority(uint32_t a, uint32_t b) const { return solids_[a].rank < solids_[b].rank; }
-  // Returns whether a face may coincide with another face. For a face of a solid, faces of other
-  // solids and of surfaces without an interior count; if the solid is flat, its own other faces
-  // also count. For a face of a surface without an interior, only faces of solids count.
+  // Returns whether a face may coincide with another face. A solid's face is compared with the
+  // faces of other solids and of surfaces without an interior and, if the solid is flat, with its
+  // own other faces. A face of a surface without an interior is compared only with faces of solids.
   bool may_coincide(uint32_t instance, uint32_t primitive) const {
     const std::vector<bool>& faces = solids_[instance].touching;
     return !faces.empty() && faces[primitive];
@@ -71,7 +72,7 @@ class Solids {
   bool is_flat(uint32_t instance) const { return solids_[instance].is_flat; }
   // Returns whether the solid's faces only refract light (Material::is_clear_solid).
   bool is_clear(uint32_t instance) const { return solids_[instance].is_clear; }
-  // Returns whether light may pass straight through a face from outside of all solids, because the
+  // Returns whether light from outside all solids may pass straight through a face, because the
   // solid does not refract or is flat.
   bool transmits_straight(uint32_t instance) const { return solids_[instance].transmits_straight; }
   bool has_straight_transmission() const { return has_straight_transmission_; }

@@ -19,8 +19,8 @@ enum class SurfaceRole : uint8_t {
 class SurfaceRoles {
  public:
   // `scene` must not have been built yet and must contain its nodes (GltfOptions::nodes). A name
-  // applies to all nodes that have it. A named node passes its role to all descendants that are not
-  // named themselves. Throws a UsageError for an unknown name (its message lists the nearest
+  // applies to all nodes that have it. Descendants of a named node have the same role, unless they
+  // are named themselves. Throws a UsageError for an unknown name (its message lists the nearest
   // names), for a node without visible geometry, and for a name in both lists.
   SurfaceRoles(const SceneDescription& scene, std::string_view catchers, std::string_view holdouts);
 
@@ -31,7 +31,7 @@ class SurfaceRoles {
   std::vector<SurfaceRole> roles_;  // by instance
 };
 
-// Splits "a,b" into names. In a name, a comma is written as \, and a backslash as \\.
+// Splits "a,b" into names. In a name, `\,` stands for a comma and `\\` for a backslash.
 std::vector<std::string> parse_node_names(std::string_view list);
 
 }  // namespace emberline

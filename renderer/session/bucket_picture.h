@@ -12,7 +12,7 @@
 
 namespace emberline {
 
-// Several threads add buckets, so callers must hold lock() while they call any other function.
+// Several threads add buckets, so callers must hold lock() during calls of all other functions.
 class BucketPicture {
  public:
   BucketPicture(const RenderPlan& plan, std::vector<float> before)
@@ -39,7 +39,8 @@ class BucketPicture {
   // only when the grading has changed.
   std::span<const uint8_t> rgba8(const std::shared_ptr<const Grading>& grading) {
     if (grading != grading_) {
-      // Uses this thread alone, because a thread that waits for TBB could start another bucket.
+      // Uses this thread alone, because a thread that waits for TBB could start another bucket and
+      // lock the mutex again.
       grading->grade_run(picture_.rgba(), rgba8_);
       grading_ = grading;
     }
@@ -50,7 +51,7 @@ class BucketPicture {
   std::mutex mutex_;
   TilePicture picture_;
   std::vector<uint8_t> rgba8_;
-  std::shared_ptr<const Grading> grading_;  // the grading of rgba8_
+  std::shared_ptr<const Grading> grading_;  // the grading that made rgba8_
   std::vector<Rect> in_progress_;
 };
 

@@ -1,4 +1,4 @@
-// The lists of a RenderSession's open scene, for a window, and the progress of loading.
+// The lists of a RenderSession's open scene, which a window shows, and the progress of loading.
 #pragma once
 
 #include <cstdint>
@@ -28,8 +28,8 @@ struct ListedScene {
   SceneDescription outline;
   // The camera without edits, for the frame size that the scene was opened for.
   CameraDescription camera;
-  bool camera_frames_scene = false;  // no camera was chosen, so it is fitted
-  WorldBounds bounds;                // of the geometry; empty (min > max) if there is none
+  bool camera_frames_scene = false;  // no camera was chosen, so `camera` fits the bounds
+  WorldBounds bounds;                // bounds of the geometry; empty (min > max) without geometry
   Vec3d center = Vec3d(0.0);         // centre of the bounds
   double radius = 1.0;               // > 0, even without geometry
   std::vector<NamedFile> inputs;     // input files, including a separate environment

@@ -17,9 +17,9 @@ namespace {
 // The field of view that choose_camera() uses by default for `look-from`, in degrees.
 constexpr double kLookFromFov = 40.0;
 
-// Copies only the lists that indices in edits refer to. Instances and meshes, of which there may
-// be hundreds of thousands, are not needed, because the default light and material have already
-// been added.
+// Copies only the lists that edits refer to by index. Instances and meshes, of which there may be
+// hundreds of thousands, are left out. They would only be needed to add the default light and
+// material, which the outline already has.
 SceneDescription copy_edit_lists(const SceneDescription& outline) {
   SceneDescription lists;
   static_cast<SceneLists&>(lists) = outline;
@@ -51,8 +51,8 @@ SceneDescription apply_to_lists(SceneEdits edits, const LoadedScene& scene) {
   return lists;
 }
 
-// Moves the options' lens into the edits. There, the artist can change the lens, and the lens is
-// saved. It also keeps its f-number when the angle of view changes.
+// Moves the options' lens into the edits. There, the artist can change the lens and save it, and it
+// keeps its f-number when the angle of view changes.
 void move_lens_to_edits(RenderOptions& options, CameraEdit& edit) {
   const bool has_lens = options.f_stop || options.focus_distance;
   if (has_lens && edit.place.empty()) edit.place = "`f-stop`";
@@ -191,7 +191,7 @@ SceneEdits with_view(const SceneEdits& edits, const RenderOptions& options,
                      const LoadedScene& scene) {
   SceneEdits result = edits;
   CameraEdit& view = result.camera;
-  if (view.camera) return result;  // this camera replaces the options' view
+  if (view.camera) return result;  // the edits' camera replaces the options' view
   const CameraDescription& base = scene.open->camera;
   const std::vector<CameraDescription>& cameras = scene.open->outline.cameras;
   if (!options.camera.empty()) {

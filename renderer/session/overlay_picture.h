@@ -1,4 +1,5 @@
-// Overlays for a session's picture: heatmaps and the refinement tree.
+// Overlays for a session's picture: heatmaps, and the leaves of an adaptive driver's refinement
+// tree.
 #pragma once
 
 #include <cstdint>
@@ -40,7 +41,7 @@ std::string draw_overlay(const HeatmapQuantity& quantity, std::span<const std::s
 // fraction of pixels that are not finished.
 std::string draw_stops(std::span<const float> stops, const Rect& crop, std::span<uint8_t> rgba8);
 
-// Draws the graded picture with the borders of the tree's leaves.
+// Draws the picture in display values, and the borders of the tree's leaves over it.
 void draw_tree(const RefinementTree& tree, const Grading& grading, std::span<const float> rgba,
                int width, std::span<uint8_t> rgba8);
 

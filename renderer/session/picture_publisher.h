@@ -1,4 +1,5 @@
-// Publishes a session's newest picture, graded for display, and the session's problem.
+// Publishes a session's newest picture, graded for display, and the session's error message
+// (`problem`).
 #pragma once
 
 #include <condition_variable>
@@ -13,15 +14,15 @@
 
 namespace emberline {
 
-// Thread-safe. When the last pointer to a picture is released, its memory is kept for reuse, since
-// a 1280 x 720 picture needs 18 MB, and touching that much new memory takes 2 ms.
+// Thread-safe. When the last pointer to a picture is released, its memory is kept for reuse. A 1280
+// x 720 picture needs 18 MB, and touching that much new memory takes 2 ms.
 class PicturePublisher {
  public:
   PicturePublisher();
 
   // Grades the newest picture again in the background, without new samples, and uses the settings
   // for later pictures. Does not change pictures with an overlay. If the settings are invalid, sets
-  // problem() and keeps the previous ones.
+  // problem() and keeps the previous settings.
   void set_display(const DisplaySettings& settings);
   // Waits for the first set_display(). Returns null if no grading could be created.
   std::shared_ptr<const Grading> grading();
@@ -60,14 +61,14 @@ class PicturePublisher {
   bool has_grading_ = false;
   std::shared_ptr<const Grading> grading_;
   std::shared_ptr<const SessionPicture> picture_;
-  std::shared_ptr<const Grading> picture_grading_;  // the grading of picture_
+  std::shared_ptr<const Grading> picture_grading_;  // the grading that made picture_
   uint64_t serial_ = 0;
   std::shared_ptr<const SessionPicture> comparison_, graded_comparison_;  // original and graded
   std::shared_ptr<const Grading> comparison_grading_;
   std::string render_problem_, display_problem_;
   DisplaySettings newest_settings_;  // older settings that are still pending are skipped
 
-  std::mutex wake_mutex_;  // held while wake_ runs, so that it is not called after on_change({})
+  std::mutex wake_mutex_;  // held while wake_ runs, so that no call outlasts on_change({})
   std::function<void()> wake_;
 
   TaskThread grader_;  // declared last, because its tasks use all members above

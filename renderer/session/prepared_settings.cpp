@@ -55,13 +55,14 @@ RenderOptions main_options(const ViewSettings& settings) {
   options.driver = driver.name;
   options.crop = settings.crop;
   options.cryptomattes.clear();
-  // A session records neither shadows nor, for the choice of samples, light groups.
+  // A session records no shadows, and its light groups do not influence the choice of samples.
   std::vector<JudgedChannel> judged = judged_channels_of(options);
   std::erase_if(judged, [](const JudgedChannel& channel) {
     return channel.name == "shadow" || channel.name == "light.*";
   });
   set_judged_channels(judged, options);
-  // Its frames have several stages, so a session plans for no time, but stops in time.
+  // A session's frame has several stages, so its driver cannot plan for a time budget. The budget
+  // becomes a time limit.
   if (const std::optional<double> budget = std::exchange(options.time_budget_s, std::nullopt)) {
     options.time_limit_s = std::min(*budget, options.time_limit_s.value_or(*budget));
   }
@@ -72,7 +73,7 @@ RenderOptions main_options(const ViewSettings& settings) {
   options.cryptomatte_levels = FrameSettings().cryptomatte_levels;
   // With kGuided, every change of view would have to wait for a new survey.
   options.environment_sampling = EnvironmentSampling::kByLight;
-  options.static_noise = true;  // edits set time and view, which need not be those of a frame
+  options.static_noise = true;  // edits set time and view, so no frame number applies
   options.denoise = false;      // may come from --settings; ViewSettings::denoise replaces it
   const bool is_limited = options.noise_threshold || options.max_spp || driver.tiles;
   if (!options.spp && !is_limited) options.spp = kViewSamples;

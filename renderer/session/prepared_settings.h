@@ -7,7 +7,7 @@
 
 namespace emberline {
 
-// Returns whether the driver is `live`, which means bisection followed by adaptive.
+// Returns whether the driver is `live`, which runs the driver `bisection` and then `adaptive`.
 bool is_live(const RenderOptions& options);
 
 // Returns whether the main driver finishes one bucket after another. The main driver of `live` is
@@ -36,7 +36,7 @@ struct PreparedSettings {
   RenderOptions options;
   bool live;
   RenderPlan plan;
-  bool light_groups;  // whether they are requested and possible
+  bool light_groups;  // whether light groups are requested and possible
 };
 
 }  // namespace emberline

@@ -42,8 +42,8 @@ class RenderSession {
   void open(const std::string& scene, const std::string& edits_file = {});
   void cancel_load();
   // Call whenever the on_change() callback has been called. Only this function adopts a loaded
-  // scene, so that edits of one scene are never applied to another. Between calls of load_status(),
-  // scene(), edits() and edit() never change by themselves.
+  // scene, so that edits of one scene are never applied to another. Between two calls, scene(),
+  // edits() and edit() never change by themselves.
   LoadStatus load_status();
   std::shared_ptr<const ListedScene> scene() const;  // null before the first scene
   std::shared_ptr<MemoryBudget> memory()
@@ -59,8 +59,8 @@ class RenderSession {
   // Returns the number of the newest edit. Changes of settings and new scenes count as edits; see
   // SessionPicture::edit.
   uint64_t edit() const { return edit_; }
-  // Returns all differences from the file, as they were last set or, if they were not set, as they
-  // were read when the scene was opened.
+  // Returns all differences from the file: the edits that were set last or, if none were set, those
+  // read when the scene was opened.
   const SceneEdits& edits() const { return edits_; }
   // Throws InputError and changes nothing if the edits do not fit the scene. `solo` switches all
   // other lights off, but is not part of saved edits. An environment file whose image is not given
@@ -88,8 +88,8 @@ class RenderSession {
   std::optional<PixelInspection> inspect(int x, int y);
   // Ends the inspection of a pixel.
   void end_inspection();
-  // Selects the pixel to explain, independently of inspect(). Later frames record its whole
-  // history; the current frame records it only from now on.
+  // Selects the pixel to explain, independently of inspect(). Later frames record the pixel's whole
+  // history; the current frame only records what happens from now on.
   void pick(const std::optional<Vec2i>& pixel);
   // Like inspect(), for the picked pixel.
   std::optional<PixelInspection> picked() const;

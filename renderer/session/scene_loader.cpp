@@ -54,7 +54,7 @@ void SceneLoader::report(uint64_t number, const std::function<void(LoadStatus&)>
 void SceneLoader::run_load(const RenderOptions& options, uint64_t number, std::stop_token stop) {
   {
     const std::lock_guard lock(mutex_);
-    if (number != number_) return;  // a newer load follows, or this one was cancelled
+    if (number != number_) return;  // a newer load follows, or this load was cancelled
   }
   const auto fail = [&](const std::string& error) {
     report(number, [&](LoadStatus& status) {

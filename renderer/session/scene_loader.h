@@ -34,7 +34,7 @@ class SceneLoader {
   std::stop_source stop_;  // stops the newest load
   LoadStatus status_;
   std::shared_ptr<LoadedScene> loaded_;
-  std::shared_ptr<MemoryBudget> memory_;  // for all scenes; used by the loader's thread
+  std::shared_ptr<MemoryBudget> memory_;  // budget for all scenes; only the loader's thread uses it
   TaskThread thread_;                     // declared last, because its tasks use all members above
 };
 

@@ -420,7 +420,7 @@ class SessionHost {
   double sent_fraction_ = 0.0;
 
   SharedFrames frames_;
-  uint64_t min_edit_ = 0;      // pictures of earlier edits show another scene
+  uint64_t min_edit_ = 0;      // pictures of earlier edits show the previous scene
   uint64_t sent_serial_ = 0;   // SessionPicture::serial of the picture sent last
   uint64_t number_ = 0;        // number of the last picture event
   bool host_is_ready_ = true;  // the host has consumed the previous picture

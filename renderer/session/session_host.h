@@ -19,7 +19,7 @@ struct HostSettings {
   bool display = false;  // send display values instead of linear ones
 };
 
-// Texts by option name; a flag has the text "yes" or "no".
+// The options' values as texts, by option name; a flag has the text "yes" or "no".
 using HostTexts = std::map<std::string, std::string>;
 
 // Runs until the host sends "quit". `settings` combines the host's texts with the command line and

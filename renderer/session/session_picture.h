@@ -12,16 +12,16 @@
 
 namespace emberline {
 
-// A picture and the frame's state at that time. Immutable once published.
+// A picture, and the frame's state when the picture was made. Immutable once published.
 struct SessionPicture {
   uint64_t edit = 0;    // the last edit that the picture shows; see RenderSession::edit()
   uint64_t serial = 0;  // increases with each picture
   int width = 0, height = 0;
   int x = 0, y = 0;  // position in the frame; 0 if the frame is not cropped
   Rect rect() const { return {x, y, x + width, y + height}; }
-  // `filled` means that every pixel shows this edit, though perhaps with a neighbour's sample. It
-  // is false while a region is surrounded by the previous picture. `complete` means that every
-  // pixel has its own sample or, with buckets, all of its samples.
+  // `filled` means that every pixel shows this edit, although a pixel may still show a neighbour's
+  // sample. It is false while only a region shows this edit, and the previous picture surrounds it.
+  // `complete` means that every pixel has its own sample or, with buckets, all of its samples.
   bool filled = false;
   bool complete = false;
   bool finished = false;          // the last picture of the frame
@@ -46,7 +46,7 @@ struct SessionPicture {
 struct PixelInspection {
   int x = 0, y = 0;
   uint64_t edit = 0;  // SessionPicture::edit of the inspected picture
-  Rgb radiance;       // this and `alpha` are as in the newest picture
+  Rgb radiance;       // `radiance` and `alpha` are as in the newest picture
   float alpha = 0.0f;
   std::optional<Rgb> denoised;  // if the picture is denoised
   // The following members describe the state at the frame's last pause, which is shortly before or

@@ -1,9 +1,9 @@
 // Writes pictures to memory shared with another process: an anonymous file (memfd_create) that
-// disappears when neither process holds it any longer, however the processes end. The other process
-// opens the file read-only as /proc/PID/fd/N. Only processes of the same user can do this.
+// disappears as soon as no process holds it, even if a process crashes. The other process opens the
+// file read-only as /proc/PID/fd/N. Only processes of the same user can do this.
 //
-// There are two slots, which are written alternately. So a picture stays intact until the second
-// picture after it is written.
+// There are two slots, which are written alternately. So the next picture leaves a picture intact,
+// and the one after that overwrites it.
 #pragma once
 
 #include <cstddef>

@@ -1,4 +1,5 @@
-// A thread that runs a session's tasks in order: loading, grading, writing.
+// A thread that runs tasks in the order of posting. A session has one each for loading, grading and
+// writing.
 #pragma once
 
 #include <condition_variable>

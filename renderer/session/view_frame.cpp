@@ -33,15 +33,14 @@ constexpr double kIdleCostFraction = 0.01;
 // The region gets this number of samples per pixel before the rest of the frame is rendered.
 constexpr uint32_t kRegionSamples = 16;
 
-// The first picture of a bucket frame may take additional samples, up to this fraction of the
-// frame's samples. For this limit, the frame counts as having at least kMinJudgedSamples per pixel,
-// the minimum that an estimator needs. If the frame's number of samples is unknown, it counts as
-// having exactly that minimum.
+// The first picture of a bucket frame takes extra samples, up to this fraction of the frame's
+// samples. This limit assumes at least kMinJudgedSamples per pixel, the minimum that an estimator
+// needs. It assumes exactly kMinJudgedSamples if the frame's number of samples is unknown.
 constexpr double kFirstPictureFraction = 0.005;
 constexpr uint32_t kMinJudgedSamples = 16;
 
 // The number of pictures, each linear and graded, that the publisher keeps: the newest, one being
-// drawn, and two of the picture for comparison (as it was, and graded again).
+// drawn, and the picture for comparison twice (as stored, and graded again).
 constexpr uint64_t kPictures = 4;
 
 Camera camera_of(const RenderRequest& request) {
@@ -59,7 +58,7 @@ Camera camera_of(const RenderRequest& request) {
 
 double to_seconds(ViewClock::duration time) { return std::chrono::duration<double>(time).count(); }
 
-// Replaces the reasons in the channel `stop`.
+// Replaces the stop reasons in the channel `stop`, and keeps the other information in its values.
 void put_stops(std::span<const float> reasons, FilmCopy* copy) {
   const std::vector<std::string> names = film_channel_names(copy->aovs);
   const auto channel = size_t(std::ranges::find(names, "stop") - names.begin());
@@ -169,7 +168,7 @@ bool ViewFrame::complete() const {
 void ViewFrame::finish(const RenderCounters& counters) {
   if (counters.stopped && !bucket_picture_) main_->end(stop_->cause());
   finished_ = true;
-  if (!first_) {  // otherwise time ran out before the main driver had sampled every pixel
+  if (!first_) {  // if there is one, time ran out before the main driver had sampled every pixel
     progress_.samples = counters.samples;
     progress_.rays = counters.rays.total();
     progress_.error_estimate = main_->error_estimate();
@@ -385,8 +384,8 @@ void ViewFrame::resolve_frame(std::span<float> rgba) const {
   }
 }
 
-// Filters an incomplete frame on the lattice of bisection. Does not filter an incomplete frame with
-// a region, because the region is sampled more finely than the lattice.
+// Filters an incomplete frame on the lattice of pixels that bisection has sampled. Does not filter
+// an incomplete frame with a region, because the region is sampled more finely than the lattice.
 void ViewFrame::denoise(SessionPicture& picture) {
   const bool possible = LiveDenoiser::has_channels(prepared_.plan.aovs) && stage_ != Stage::kRegion;
   const PixelLattice* lattice = nullptr;

@@ -55,7 +55,7 @@ struct FilmCopy {
 
 class ViewFrame final : private RenderSink {
  public:
-  // This callback is called at a pause of the driver. It may read the frame and may wait.
+  // The frame calls this at each pause of the driver. The callback may read the frame and may wait.
   // `is_published` says whether the newest picture shows the present state.
   using Pause = std::function<void(bool is_published)>;
 
@@ -156,7 +156,7 @@ class ViewFrame final : private RenderSink {
   const ViewClock::time_point started_ = ViewClock::now();
   ViewClock::duration paused_time_{0};
   bool published_ = false, complete_published_ = false;
-  bool may_publish_ = true;  // false while the driver's picture is still worse than the one shown
+  bool may_publish_ = true;  // false while the driver's picture is worse than the displayed one
   double published_at_s_ = 0, cost_s_ = 0;
 };
 

@@ -85,8 +85,8 @@ void ViewRenderer::post(RenderRequest request, bool only_edits) {
       pause_requested_ = true;
     } else {
       relighting_.reset();
-      // A request that replaces a pending one may wait for the first picture only if the pending
-      // request could.
+      // A request that replaces a pending request may wait for the first picture only if the
+      // pending request would have waited.
       let_first_picture_finish_ = only_edits && (!request_ || let_first_picture_finish_);
       request_ = std::move(request);
       if (stop_ && (!let_first_picture_finish_ || frame_published_))
@@ -303,8 +303,9 @@ void ViewRenderer::read_environment(RenderRequest& request) {
   edit.repaired_texels = environment_.repaired_texels;
 }
 
-// Applies the edits to the scene and returns null. If light groups can be used, instead applies
-// neutral edits and returns their light groups, from which the request's light can be mixed.
+// Applies the edits to the scene and returns null. If light groups can be used, applies the edits
+// with all lights on instead (neutral_baseline()). It then returns the light groups, whose mix
+// shows the requested light.
 std::shared_ptr<const LightGroups> ViewRenderer::apply_edits(const RenderRequest& request,
                                                              const PreparedSettings& prepared) {
   EditableScene& scene = request.scene->scene->editable();
@@ -318,7 +319,7 @@ std::shared_ptr<const LightGroups> ViewRenderer::apply_edits(const RenderRequest
   return nullptr;
 }
 
-// Until nothing can fail any longer, keeps the previous frame for inspection and saving.
+// Keeps the previous frame, for inspection and saving, until no step can fail any more.
 void ViewRenderer::render(RenderRequest request) {
   std::unique_ptr<PreparedSettings> prepared = prepare(request.settings);
   set_threads(request.settings.render.threads);
@@ -347,7 +348,7 @@ void ViewRenderer::render(RenderRequest request) {
       groups_ = groups;
       groups_scene_.swap(scene_before);
     }
-    frame_.reset();  // it uses the previous settings, and may be the last owner of a scene
+    frame_.reset();  // the frame uses the previous settings, and may be a scene's last owner
     if (prepared) {
       prepared_ = std::move(prepared);
       prepared_for_ = request.settings;

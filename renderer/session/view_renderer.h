@@ -26,7 +26,7 @@ class ViewRenderer {
   // Stops the frame and waits for it. The futures of pending copies throw RenderError.
   ~ViewRenderer();
 
-  // All functions below are thread-safe and wait for nothing but a lock.
+  // All functions below are thread-safe and only wait for a lock.
 
   // Replaces a request that has not begun. `only_edits` says that only the edits differ from the
   // previous request. The current frame then shows its first picture before it ends; it does not
@@ -39,7 +39,8 @@ class ViewRenderer {
 
   // Copies the film at the next pause of a frame that has a picture.
   std::future<FilmCopy> copy();
-  // Two pixels are inspected independently. The picked pixel also gets an explanation.
+  // Two pixels are inspected independently: the pixel under the cursor (kPointed) and the pixel to
+  // explain (kPicked), which also gets the driver's explanation.
   enum class InspectionTarget : uint8_t { kPointed, kPicked };
   // From the next pause on, inspection() describes this pixel. The description is updated with each
   // picture.
@@ -79,7 +80,7 @@ class ViewRenderer {
   mutable std::mutex mutex_;
   std::condition_variable state_changed_;
   std::optional<RenderRequest> request_;
-  bool let_first_picture_finish_ = false;  // request_ ends the frame only after its first picture
+  bool let_first_picture_finish_ = false;  // the frame shows a picture before request_ ends it
   bool ending_ = false, paused_ = false;
   std::shared_ptr<StopRequest> stop_;  // stops the current frame; null if there is none
   bool frame_published_ = false;       // the current frame has shown a picture

@@ -44,7 +44,7 @@ struct ViewSettings : DisplayMode {
   // solo need no new samples. Ignored for buckets and for integrators that cannot separate lights.
   // Lights that are off are also sampled, so the noise differs from that of `render`.
   bool light_groups = false;
-  // The part of the frame that is rendered, instead of `render.crop`; pictures have its size.
+  // The part of the frame that is rendered. It replaces `render.crop`, and pictures have its size.
   std::optional<Rect> crop;
   std::optional<Rect> region;  // part of the frame that is sampled first
   bool paused = false;         // rendering waits; samples are kept

@@ -60,7 +60,7 @@ struct BsdfParameters {
 class SurfaceBsdf {
  public:
   SurfaceBsdf() = default;  // absorbs everything
-  // Looks up the albedos at wo. Unless wo.z > 0, the result absorbs everything.
+  // Looks up the albedos at wo. The surface absorbs everything unless wo.z > 0.
   SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo);
   // `geometric_normal` is a unit vector in local space, on wo's side (dot with wo >= 0).
   SurfaceBsdf(const BsdfParameters& parameters, const Vec3f& wo, const Vec3f& geometric_normal);
@@ -97,7 +97,7 @@ class SurfaceBsdf {
   // The inputs of make_base(): F0 and F90 of the base's reflection, and the albedo of the
   // reflection lobe at wo.
   struct Reflection {
-    Color4 metal;       // F0; fourth lane: the dielectric's largest channel
+    Color4 metal;       // F0; fourth lane: largest channel of `dielectric`
     Color4 dielectric;  // F0; fourth lane: its largest channel
     float dielectric_f90;
     bool coloured;  // the dielectric's channels may be unequal
@@ -190,12 +190,13 @@ class SurfaceBsdf {
   // The fourth lane of colours is unused after construction.
   Color4 f0_ = splat4(0.0f);
   Color4 albedo_ = splat4(0.0f);
-  // Cosine lobe: wi.z / pi * (multiple_ * (1 - E(wi)) + diffuse_ * (1 - Ed(wi))).
+  // Cosine lobe: wi.z / pi * (multiple_ * (1 - E(wi)) + diffuse_ * (1 - Ed(wi))), where E is that
+  // of SpecularAlbedo, and Ed is dielectric_reflectance().
   Color4 multiple_ = splat4(0.0f);
   Color4 diffuse_ = splat4(0.0f);
   float f90_ = 1.0f;
   float dielectric_f0_ = 0.0f, dielectric_f90_ = 1.0f;
-  float dielectric_multiple_ = 0.0f;  // Fms of the dielectric
+  float dielectric_multiple_ = 0.0f;  // multiple_fresnel() of the dielectric
   float specular_pick_ = 0.0f;  // probability of the specular lobe rather than the cosine lobe
   SpecularKind specular_ = SpecularKind::kNone;
   bool has_cosine_ = false;

@@ -28,10 +28,10 @@ inline Color4 multiple_fresnel(Color4 f0, Color4 f90, float loss) {
   return f * f * (1.0f - loss) / fma(-f, loss, splat4(1.0f));
 }
 
-// A lobe that contributes only a small fraction of the albedo is picked with a higher probability:
-// kPickBoost times that fraction, but at most the lobe's floor. The specular lobe needs this
-// because it shows the brightest features (highlights). The cosine lobe needs this because its
-// weight at grazing wi is many times its mean. We chose all three values.
+// A lobe that contributes only a small fraction of the albedo is picked with a higher probability
+// than this fraction: kPickBoost times the fraction, up to the lobe's floor. The specular lobe
+// needs this because it shows the brightest features (highlights). The cosine lobe needs this
+// because its weight at grazing wi is many times its mean. We chose all three values.
 inline constexpr float kPickBoost = 4.0f;
 inline constexpr float kSpecularPickFloor = 0.1f;
 inline constexpr float kCosinePickFloor = 0.02f;
@@ -61,7 +61,8 @@ inline bool is_grey(const Rgb& c) { return c.x == c.y && c.y == c.z; }
   const float metallic = parameters.metallic, dielectric_weight = 1.0f - metallic;
   assert(metallic >= 0 && metallic <= 1 && max_component(parameters.base_color) <= 1);
 
-  // In the following colours, the fourth lane carries the dielectric's F0, F90, Fms and albedo.
+  // The fourth lane of each colour below holds the dielectric's value (F0, F90, albedo, or Fms, the
+  // result of multiple_fresnel()).
   dielectric_f90_ = r.dielectric_f90;
   dielectric_f0_ = r.dielectric[3];
   const Color4 pure90{1.0f, 1.0f, 1.0f, dielectric_f90_};

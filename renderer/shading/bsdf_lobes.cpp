@@ -1,12 +1,12 @@
 // The list of lobes of a SurfaceBsdf, for materials that transmit or have layers.
 //
-// The lobes are, from top to bottom, the clear coat, the sheen, and below them, side by side, the
-// base, the clear part and the diffuse transmission. Along a direction, a layer transmits the
-// fraction T, which is 1 minus the layer's albedo. The lobes below a layer are scaled by min(T(wo),
-// T(wi)). This factor is reciprocal and never adds energy. Cosine lobes are scaled by
-// T(wo) T(wi) / K instead, where K is the mean of T over the lobe. This factor is also reciprocal,
-// and it loses no energy (it is the coupling of Ashikhmin & Shirley 2000, which the base itself
-// uses as well).
+// From top to bottom, the lobes are the clear coat and the sheen (the layers), and below them, side
+// by side, the base, the clear transmission (TransmissionLobe) and the diffuse transmission. Along
+// a direction, a layer transmits the fraction T, which is 1 minus the layer's albedo. The lobes
+// below a layer are scaled by min(T(wo), T(wi)). This factor is reciprocal and never adds energy.
+// Cosine lobes are scaled by T(wo) T(wi) / K instead, where K is the mean of T over the lobe. This
+// factor is also reciprocal, and it loses no energy (it is the coupling of Ashikhmin & Shirley
+// 2000, which the base itself uses as well).
 #include <array>
 
 #include "renderer/core/warps.h"
@@ -423,7 +423,7 @@ float SurfaceBsdf::eval_coat(const Vec3f& wi, float* pdf) const {
   return to_rgb(value);
 }
 
-// Samples the base. Sets only the direction, but for a mirror also the weight.
+// Samples the base: sets the direction and, for a mirror, also the weight.
 BsdfSample SurfaceBsdf::sample_base(const Vec2f& u) const {
   BsdfSample result;
   result.valid = true;

@@ -1,8 +1,8 @@
-// Materials compiled for a frame: slots without a texture become constants, and flags say which
-// features a material has, so that a scene pays only for what it uses.
+// Materials compiled for a frame: texture slots without a texture become constants, and flags say
+// which features a material has, so that a scene pays only for what it uses.
 //
-// They are built once from the scene description and then read by all threads; all const functions
-// are pure.
+// Materials are built once from the scene description and then read by all threads. All const
+// functions are pure.
 #pragma once
 
 #include <array>
@@ -31,9 +31,9 @@ struct SurfaceAttributes {
   bool has_color = false;
 
   SurfaceAttributes() { uv.fill(Vec2f(0.0f)); }
-  // For a mesh whose attributes are not read. Coordinates are 0, since the `uv` integrator shows
-  // them. The colour is left uninitialised, since it is never read and this constructor runs at
-  // every hit.
+  // This constructor is for a mesh whose attributes are not read. It sets the coordinates to 0,
+  // since the `uv` integrator shows them. It leaves the colour uninitialised, since the colour is
+  // never read and this constructor runs at every hit.
   struct Unread {};
   explicit SurfaceAttributes(Unread) : color() { uv.fill(Vec2f(0.0f)); }
 };
@@ -46,7 +46,8 @@ struct MaterialPoint {
   bool has_normal_map = false;
 };
 
-// Texel positions of a material's textures at a point, one per parametrisation.
+// Texel positions of a material's textures at a point, one per parametrisation (see
+// Texture::same_parametrisation()).
 struct TexelPositions {
   static constexpr size_t kMaxPositions = 18;  // if every slot has its own parametrisation
   size_t place[kMaxPositions];
@@ -119,8 +120,8 @@ class Material {
   bool is_emissive() const {
     return is_emissive_;
   }  // whether the material is a light; never if unlit
-  // Whether a triangle is the same light with both materials, that is, mean_emission() and the
-  // emitting sides are the same.
+  // Whether a triangle is the same light with either material: mean_emission() and the emitting
+  // sides are then the same.
   bool has_same_emission(const Material& other) const;
   bool has_normal_map() const { return bool(normal_map_); }
   // Whether shading uses the mesh's tangent space.

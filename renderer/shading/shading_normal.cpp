@@ -20,10 +20,10 @@ Vec3f mapped_normal(const Vec3f& normal, const Vec4f& tangent, bool mirrored,
 namespace {
 
 // Returns the unit vector nearest to n, in the plane of ng and n, for which the reflection R of wo
-// satisfies R.ng >= `floor`. The coordinates in that plane are along X, a unit vector orthogonal to
-// ng, and along ng. The part (a, c) of wo in the plane has the length r, and reflection about a
-// normal in the plane keeps this length. So in the limiting case, R = (sqrt(r^2 - floor^2), floor),
-// and the normal is the bisector of (a, c) and R.
+// satisfies R.ng >= `floor`. Coordinates in that plane are (along x, along ng), where x is a unit
+// vector orthogonal to ng. The projection (a, c) of wo onto the plane has the length r, and
+// reflection about a normal in the plane keeps this length. So in the limiting case, R is
+// (sqrt(r^2 - floor^2), floor), and the normal is the bisector of (a, c) and R.
 Vec3f tilt(const Vec3f& ng, const Vec3f& n, const Vec3f& wo, float floor) {
   // Orthogonalise twice, because the first difference may cancel. Two passes are enough (Kahan).
   Vec3f across = fma(ng, -dot(n, ng), n);

@@ -1,8 +1,9 @@
 // Converts the normals of a hit to a frame for scattering.
 //
 // All functions are pure and work in world space (or any space that does not distort lengths);
-// directions are unit vectors unless stated otherwise. Neither the tilt nor the terminator factor
-// is reciprocal, which is an inherent cost of shading normals (Veach 1997, thesis, section 5.3).
+// directions are unit vectors unless stated otherwise. The tilt of make_surface_frame() and the
+// terminator factor are not reciprocal. This is an inherent cost of shading normals (Veach 1997,
+// thesis, section 5.3).
 #pragma once
 
 #include "renderer/core/frame.h"
@@ -31,11 +32,12 @@ Vec3f mapped_normal(const Vec3f& normal, const Vec4f& tangent, bool mirrored,
 // the face normal is used. `shading_normal` is the mapped normal, or `vertex_normal` if there is no
 // normal map. `wo` is a unit vector.
 //
-// The face normal is flipped to wo's side. If the vertex normal is then on the other side, the
-// shading normal is flipped (the vertex normal may disagree with the winding). Then the shading
-// normal is tilted towards the geometric normal Ng, as far as needed to keep the mirror direction R
-// of wo above the surface: R.Ng >= min(0.9 Ng.wo, 0.01) (Keller et al. 2017, "The Iray Light
-// Transport Simulation and Rendering System", section A.3; the bound is taken from Cycles).
+// The face normal is flipped to wo's side. If the vertex normal then points to the opposite side of
+// the surface, the shading normal is flipped, because vertex normals may disagree with the winding.
+// Then the shading normal is tilted towards the geometric normal Ng, as far as needed to keep the
+// mirror direction R of wo above the surface: R.Ng >= min(0.9 Ng.wo, 0.01) (Keller et al. 2017,
+// "The Iray Light Transport Simulation and Rendering System", section A.3; the bound is taken from
+// Cycles).
 //
 // Directions wi with dot(wi, geometric_normal) <= 0 are below the surface and get nothing from
 // reflection lobes, whatever the shading normal is; SurfaceBsdf ensures this.

@@ -16,8 +16,8 @@ namespace {
 
 constexpr std::array<float, 6> kNoTransform = {1, 0, 0, 0, 1, 0};
 
-// The image readers repair bad texels. This function keeps a bad texel that remains from corrupting
-// a path.
+// The image readers replace texels that are not finite. This is a second guard, so that no such
+// texel can corrupt a path.
 float finite_or_zero(float x) { return std::isfinite(x) ? x : 0.0f; }
 
 template <typename T>

@@ -75,8 +75,8 @@ AxisRange::AxisRange(AxisScale scale, std::span<const double> values, bool from_
   }
   if (!found) min_ = 0, max_ = 1;
   if (from_zero) min_ = std::min(min_, 0.0), max_ = std::max(max_, 0.0);
-  // If the values are nearly equal, chooses the length of the axis by their magnitude instead of
-  // their difference.
+  // If the values are nearly equal, the length of the axis depends on their magnitude, not on their
+  // difference.
   const double size = std::max(std::abs(min_), std::abs(max_));
   if (!(max_ - min_ > 1e-6 * size)) {
     const double around = size > 0 ? 0.5 * size : 0.5;

@@ -34,8 +34,8 @@ class AxisRange {
   double max() const { return max_; }
   // Returns ticks inside the range, ascending; about `target_count` of them have a label. On a
   // linear axis, ticks are at the multiples of 1, 2 or 5 times a power of ten (Heckbert 1990, "Nice
-  // Numbers for Graph Labels", Graphics Gems). On a logarithmic axis, they are at powers of ten
-  // and, if the range has few of these, also at 2 and 5 times each power.
+  // Numbers for Graph Labels", Graphics Gems). On a logarithmic axis, they are at powers of ten. If
+  // the range has few powers of ten, ticks are also at 2 and 5 times each power.
   std::vector<AxisTick> ticks(int target_count = 6) const;
 
  private:
@@ -50,7 +50,7 @@ class AxisRange {
 // most `max_parts` parts.
 double nice_step(double range, int max_parts);
 
-// Returns "2×10⁻⁵", or only "10⁻⁵" if the mantissa is 1.
+// Returns a text such as "2×10⁻⁵", or "10⁻⁵" if the mantissa is "1".
 std::string power_of_ten_text(const std::string& mantissa, int exponent);
 
 // Formats the number of a tick, such as "0.25", "1,500" or "2×10⁻⁵", with enough decimals to

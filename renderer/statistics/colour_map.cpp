@@ -34,9 +34,9 @@ constexpr Table kTurbo = {0x30123b, 0x392a73, 0x4040a1, 0x4456c7, 0x466be3, 0x46
 
 constexpr const Table* kTables[] = {nullptr, &kViridis, &kInferno, &kMagma, &kTurbo};
 
-// We chose no_value from a grid of colours. It is the colour with the largest CIELAB distance from
-// the map's own colours, also as seen with protanopia, deuteranopia or tritanopia. For magma we
-// chose green instead: its distance is 33, while the largest distance is 40.
+// We chose each no_value from a grid of colours. It has the largest CIELAB distance from the
+// colours of its map, in normal vision as well as with protanopia, deuteranopia and tritanopia.
+// Magma is an exception: its green has a distance of 33, and the largest distance is 40.
 constexpr ColourMapEntry kMaps[] = {
     {"grey", "black to white; brighter means more", ColourMap::kGrey, {255, 102, 0}},
     {"viridis", "dark violet through green to yellow", ColourMap::kViridis, {204, 0, 255}},

@@ -12,12 +12,12 @@
 
 namespace emberline {
 
-// An integrand, and the convergence order of jittered samples of it. If a 2D integrand is an edge,
-// the edge cuts about sqrt(N) of N cells, so the variance falls as N^-1.5. If a 2D integrand is
-// smooth, it varies within a cell in proportion to the cell's side, so the variance falls as N^-2
-// (Mitchell 1996, "Consequences of Stratified Sampling in Graphics"). "4D coupled" is smooth too,
-// but its variance falls only as N^-1: its two pairs of random numbers are jittered separately, so
-// the part of the integrand that depends on both pairs is not stratified.
+// An integrand, and its convergence order with jittered sampling. A 2D edge cuts about sqrt(N) of
+// the N cells, so the variance falls as N^-1.5. A smooth 2D integrand varies within a cell in
+// proportion to the cell's side, so the variance falls as N^-2 (Mitchell 1996, "Consequences of
+// Stratified Sampling in Graphics"). "4D coupled" is smooth too, but its variance falls only as
+// N^-1: its two pairs of random numbers are jittered separately, so the part of the integrand that
+// depends on both pairs is not stratified.
 struct ConvergenceIntegrand {
   Integrand integrand;
   double stratified_order;

@@ -117,7 +117,7 @@ double encode_srgb(double x) {
 
 }  // namespace
 
-// If values at the limit are equal, it does not matter which of them are dropped.
+// If several values equal the smallest dropped one, it does not matter which of them are dropped.
 double trimmed_mean(std::vector<double> values) {
   const size_t dropped = size_t(kTrimmedFraction * double(values.size()));
   const size_t kept = values.size() - dropped;

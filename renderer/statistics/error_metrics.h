@@ -26,7 +26,6 @@ struct CompareSettings {
   float exposure = 0.0f;
 };
 
-// The metrics of an image. A metric is NaN if no pixel remains.
 struct ErrorMetrics {
   double mse = kNone;  // mean((x - r)^2) over pixels and channels
   double rmse = kNone;
@@ -47,8 +46,8 @@ struct ErrorMetrics {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 };
 
-// Upper bound on the bytes per pixel that a comparison of two pictures needs in addition to them:
-// for display-encoded copies and for the maps of FLIP and SSIM. We measured 50 bytes.
+// Upper bound on the bytes per pixel that compare_images() allocates: it makes display-encoded
+// copies of both pictures, and maps for FLIP and SSIM. We measured 50 bytes.
 inline constexpr uint64_t kComparisonBytesPerPixel = 64;
 
 // The fraction of pixels that rel_mse_trimmed excludes, and epsilon for a black reference. Both
@@ -59,8 +58,8 @@ inline constexpr double kTrimmedFraction = 0.001, kBlackEpsilon = 0.01;
 ErrorMetrics compare_images(const RgbImage& image, const RgbImage& reference,
                             const CompareSettings& settings = {});
 
-// Returns the mean of the values without the largest ones, a fraction kTrimmedFraction of them.
-// There must be a value.
+// Returns the mean of the values after removing the largest ones, which are a fraction
+// kTrimmedFraction of all values. There must be at least one value.
 double trimmed_mean(std::vector<double> values);
 
 // Returns 1 for each pixel that has a NaN or infinity in either image, else 0.

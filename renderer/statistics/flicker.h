@@ -1,5 +1,6 @@
-// How much the error of a sequence changes from one frame to the next, at points that move with the
-// scene. Noise that is independent in each frame flickers; noise that sticks to things does not.
+// Measures flicker: how much the error of a picture changes from one frame to the next, at points
+// that move with the scene. Noise that is independent in each frame flickers. Noise that moves with
+// the objects does not.
 #pragma once
 
 #include <vector>
@@ -8,8 +9,8 @@
 
 namespace emberline {
 
-// Where each pixel moves until the next frame, in pixels to the right and down, row by row. Empty
-// lists: nothing moves.
+// The motion of each pixel from this frame to the next, in pixels to the right and down, row by
+// row. The lists are empty if nothing moves.
 struct PixelMotion {
   std::vector<float> right, down;
 
@@ -25,18 +26,19 @@ struct SequenceFrame {
 
 struct Flicker {
   double value = ErrorMetrics::kNone;  // NaN if no pixel was measured
-  double share = 0;                    // of the pixels that were measured
+  double share = 0;                    // fraction of the pixels that were measured
 };
 
 // Returns the mean of (e'(q) - e(p))^2 over all pixels p and channels, without the worst 0.1 % of
-// the pixels. e = (x - r) / sqrt(r^2 + epsilon) is the relative error of a pixel, so that e^2 is
-// that of relMSE; e' belongs to the next frame; q is the pixel to which p moves. If the errors of
-// both frames are independent, this is about the sum of their trimmed relMSE; if they move with
-// things, it is near 0.
+// the pixels. Here e = (x - r) / sqrt(r^2 + epsilon) is the relative error of a channel, so e^2 is
+// its squared error in relMSE; e' is the relative error in the next frame; q is the pixel to which
+// p moves. If the errors of the two frames are independent, the result is about the sum of the
+// trimmed relMSE of both. If the errors move with the objects, it is near 0.
 //
-// Skips pixels with a NaN or infinity, pixels that leave the picture, and those that something
-// else covers in the next frame: whose motion differs from that at q by more than a pixel and more
-// than a quarter. Runs in parallel; the bits do not depend on the number of threads.
+// Skips a pixel p if it has a NaN or infinity, if it leaves the picture, or if another object
+// covers it in the next frame. It counts as covered if its motion differs from the motion at q by
+// more than a pixel and by more than a quarter of its length. Runs in parallel; the result is
+// bit-identical for any number of threads.
 Flicker flicker(const SequenceFrame& frame, const SequenceFrame& next, double epsilon);
 
 }  // namespace emberline

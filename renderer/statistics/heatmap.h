@@ -18,7 +18,8 @@
 
 namespace emberline {
 
-// One possible value of a plane whose values are reasons instead of amounts.
+// One possible value of a plane whose values are categories, such as stop reasons, instead of
+// amounts.
 struct Category {
   float value = 0;
   std::string name;  // UTF-8, with characters that TextFont has

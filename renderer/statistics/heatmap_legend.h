@@ -51,9 +51,9 @@ struct LegendLayout {
   std::vector<Text> tick_labels;  // fewer than ticks if labels would overlap
 };
 
-// The size of letters is proportional to the size of the frame, but not below a readable size, so
-// the legend of a very small frame is wider than the frame. Items are placed side by side in lines;
-// the first item is the title. `bar` may be null.
+// The size of letters is proportional to the size of the frame, down to the smallest readable size.
+// The legend of a very small frame is therefore wider than the frame. Items are placed side by side
+// in lines; the first item is the title. `bar` may be null.
 LegendLayout lay_out_legend(int width, int height, std::span<const LegendItem> items,
                             const LegendBar* bar);
 

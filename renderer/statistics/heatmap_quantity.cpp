@@ -133,7 +133,7 @@ std::span<const Category> stop_categories() {
 }
 
 std::vector<Category> judged_categories(const HeatmapStyle& style) {
-  // From Okabe & Ito 2008. They repeat after eight channels.
+  // The colours are from Okabe & Ito 2008, and repeat after eight channels.
   constexpr Rgb8 kColours[] = {{0, 114, 178},  {230, 159, 0}, {0, 158, 115},  {204, 121, 167},
                                {86, 180, 233}, {213, 94, 0},  {240, 228, 66}, {153, 153, 153}};
   std::vector<Category> categories;

@@ -42,12 +42,12 @@ struct HeatmapQuantity {
 // channel's samples, and w is the squared slope of the display curve at the pixel's value
 // (display_error.h). With the estimators nested and two-stream, and with --streams 2, v is
 // estimated from a single difference per pixel, between two halves or two streams. This has one
-// degree of freedom, so the values of single pixels are noisy. For such frames, the RMS over all
-// pixels, which the legend shows, equals the adaptive driver's estimate for the whole frame
-// (drivers/adaptive/frame_error.h; `error.estimate` in the report), except that only the report
-// includes light that pixels have missed. For all other frames, such as uniform ones, v is computed
-// as if samples were independent, which overestimates the error. The display curve is linearised,
-// so a pixel's error may exceed 1. Pixels with fewer than two samples have no value.
+// degree of freedom, so the values of single pixels are noisy. The legend shows the RMS over all
+// pixels. For such frames, it equals the adaptive driver's estimate for the whole frame
+// (drivers/adaptive/frame_error.h; `error.estimate` in the report), but only the report includes
+// light that pixels have missed. For all other frames, such as uniform ones, v is computed as if
+// samples were independent, which overestimates the error. The display curve is linearised, so a
+// pixel's error may exceed 1. Pixels with fewer than two samples have no value.
 std::span<const HeatmapQuantity> heatmap_quantity_table();
 // Throws UsageError for an unknown name; the message calls the option `option`.
 const HeatmapQuantity& find_heatmap_quantity(std::string_view name,

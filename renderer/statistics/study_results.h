@@ -84,8 +84,8 @@ struct StudyCheckpoint {
   double wall_s = 0;        // of rendering
   double cpu_s = 0;         // of all threads together, during wall_s
   StudyError error;
-  // The RMS error of the displayed picture, as the driver estimates it or, for a denoised picture,
-  // the filter.
+  // The estimated RMS error of the displayed picture. The driver estimates it; for a denoised
+  // picture, the denoiser does.
   std::optional<double> estimate;
   std::optional<StudyFilter> filter;  // for a denoised picture; wall_s and cpu_s include it
 };

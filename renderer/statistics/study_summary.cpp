@@ -47,7 +47,8 @@ struct LogPoint {
 using LogCurve = std::vector<LogPoint>;
 
 // Converts a run to a curve of log error against log position, by ascending position. Drops points
-// without a logarithm. If several checkpoints have the same position, keeps the last one.
+// whose position or error is not positive and finite. If several checkpoints have the same
+// position, keeps the last one.
 LogCurve log_curve(const StudyRun& run, const StudyMetricEntry& metric, StudyAxis axis) {
   LogCurve curve;
   for (const StudyCheckpoint& checkpoint : run.checkpoints) {
@@ -68,10 +69,10 @@ struct Crossing {
   bool extrapolated = false;
 };
 
-// Finds where the coordinate `from` of the curve first reaches the value `at`, and interpolates the
-// coordinate `to` there. Along the curve, `from` should rise (`direction` 1) or fall (-1). Returns
-// nothing if it does not do so in the segment that is used. A curve with only one point is extended
-// as a line with this `slope`, d(to) / d(from).
+// Finds the segment in which the coordinate `from` of the curve first reaches the value `at`, and
+// interpolates the coordinate `to` there. Returns nothing if `from` does not rise (`direction` 1)
+// or fall (`direction` -1) along this segment. A curve with only one point is extended as a line
+// with the slope d(to) / d(from) = `slope`.
 std::optional<Crossing> interpolate(const LogCurve& curve, double LogPoint::*from,
                                     double LogPoint::*to, double direction, double slope,
                                     double at) {

@@ -24,7 +24,8 @@ constexpr double kLine = 1.45 * kTextSize;
 constexpr const char* kColours[] = {"#0072b2", "#d55e00", "#009e73",      "#cc79a7",
                                     "#e69f00", "#56b4e9", "currentColor", "#f0e442"};
 constexpr const char* kDashes[] = {"", "7 3", "2 3", "9 3 2 3", "12 4"};
-// SVG paths that start at the point. The empty path stands for a circle.
+// The shapes of markers, as SVG paths relative to the data point. The empty path stands for a
+// circle.
 constexpr const char* kMarkers[] = {"",
                                     "m-3.2 -3.2h6.4v6.4h-6.4z",
                                     "m0 -4.2l4.2 7.2h-8.4z",
@@ -58,7 +59,7 @@ auto written(const T& value) {
   }
 }
 
-// Formats SVG text. number() formats the floating-point numbers.
+// Like fmt::format(), but formats floating-point numbers with number().
 std::string svg(const char* format, const auto&... values) {
   return fmt::format(fmt::runtime(format), written(values)...);
 }
@@ -190,7 +191,8 @@ bool drawable(const LineChart& chart, const ChartPoint& p) {
   return AxisRange::drawable(chart.x.scale, p.x) && AxisRange::drawable(chart.y.scale, p.y);
 }
 
-// Writes a series: its line, band and markers, in connected parts.
+// Writes the line, the intervals and the markers of a series. Points that cannot be drawn divide
+// the line into segments.
 class SeriesWriter {
  public:
   SeriesWriter(const Frame& frame, const LineChart& chart, size_t index)

@@ -16,7 +16,8 @@ namespace {
 constexpr double kDarkQuantile = 0.005;
 // Tolerance, as a fraction of a step, for ticks that rounding puts slightly outside the range.
 constexpr double kTickRounding = 1e-9;
-// With smaller constants, a logarithmic range around the constant would reach the limits of double.
+// If all values of a plane equal a smaller constant, a logarithmic range around it would reach the
+// limits of double.
 constexpr double kMinConstant = 1e-300;
 
 template <typename Predicate>

@@ -38,8 +38,8 @@ class ValueScale {
 
   // Returns at most `max` (>= 2) ticks inside the range, ascending. The label of a tick is its
   // value times `factor`. On a linear scale, the labels are multiples of 1, 2 or 5 times a power of
-  // ten. On a logarithmic scale, they are powers of ten and, if the range has few of these, also 2
-  // and 5 times each power.
+  // ten. On a logarithmic scale, they are powers of ten. If the range has few powers of ten, they
+  // are also 2 and 5 times each power.
   std::vector<AxisTick> ticks(int max, double factor = 1.0) const;
 
  private:

@@ -86,9 +86,8 @@ WindowState read_window_state(const std::string& path) {
 
 namespace {
 
-// Returns whether the state file may be overwritten. Users may have linked its path to another
-// file, which must not be replaced, so a link is followed only if its target looks like our own
-// state file.
+// Returns whether the state file may be overwritten. The path may be a link to another file, which
+// must not be replaced. So a link is followed only if its target looks like our own state file.
 bool may_overwrite(const std::string& path) {
   std::error_code unknown;
   if (!std::filesystem::exists(path, unknown)) return true;

@@ -21,7 +21,7 @@ constexpr std::string_view kMaterials = "/materials/", kCameras = "/cameras/",
 constexpr const char* kFactor = "/emissiveFactor";
 constexpr const char* kStrength = "/extensions/KHR_materials_emissive_strength/emissiveStrength";
 
-// Tolerance of curves, relative to the largest of the compared values.
+// Largest error of a curve, relative to the largest of the compared values.
 constexpr double kTolerance = 1e-3;
 // An interval between key frames is divided into at most 2^kMaxHalvings pieces, or into fewer if
 // the curve would exceed kMaxPieces in total. Shorter pieces would not be visible.
@@ -55,7 +55,7 @@ class CurveBuilder {
   template <class At>
   void subdivide(const At& at, double from, const Value& first, double to, const Value& last,
                  int halvings) {
-    // Tests two points, since a cubic may cross its chord at one of the points.
+    // Tests two points, since a cubic may cross its chord at one of them.
     for (const double share : {0.25, 0.6}) {
       if (halvings == 0) break;
       const Value found = at(from + (to - from) * share);
@@ -182,7 +182,7 @@ GltfAnimatedValues::GltfAnimatedValues(const GltfDocument& document, const GltfA
 }
 
 void GltfAnimatedValues::report_held_values(CoverageReport& coverage) const {
-  std::map<std::pair<const void*, const void*>, bool> known;  // by the tracks' key frames
+  std::map<std::pair<const void*, const void*>, bool> known;  // whether it changes, by key frames
   for (const auto& [pointer, track] : tracks_) {
     const bool is_followed = pointer.starts_with(kLights) || pointer.ends_with(kFactor) ||
                              pointer.ends_with(kStrength) || pointer.ends_with("/yfov") ||
@@ -227,8 +227,8 @@ GltfAnimatedValues::Curve<Value> GltfAnimatedValues::curve(const std::vector<Val
   size_t reserved_count = 0;
   for (size_t i = 0; i + 1 < times.size(); ++i) {
     const double from = times[i], to = times[i + 1], inside = 0.5 * (from + to);
-    // In an interval between key frames, step tracks are sampled in the middle. So the curve has
-    // both values of a jump.
+    // Step tracks are sampled in the middle of the interval, so their value is constant up to its
+    // end. At a jump, the curve then has two points with the same time.
     const auto at = [&](double seconds) {
       std::array<double, 6> numbers = {};
       size_t n = 0;

@@ -1,6 +1,6 @@
-// Values other than node properties that KHR_animation_pointer changes while the shutter is open:
-// emission of lights and materials, spot cones, ranges of lights, and lenses. All other values are
-// held constant.
+// Follows values that KHR_animation_pointer changes while the shutter is open: emission of lights
+// and materials, spot cones, ranges of lights, and lenses. All other values are held constant,
+// except node properties, which shutter.h and visibility.h follow.
 #pragma once
 
 #include <map>
@@ -15,13 +15,14 @@
 
 namespace emberline {
 
-// Upper limit on the number of times in all curves together. The same limit applies separately to
-// all visibility changes together. Without it, a small file could ask for any number, since key
-// frames can be shared. The value is our choice.
+// Upper limit on the total number of points of all curves, and also on the total number of
+// visibility changes. Without it, a small file could ask for any number, since key frames can be
+// shared. The value is our choice.
 uint64_t max_curve_times(const GltfDocument& document);
 
-// Curves with step interpolation become jumps. Other curves of up to a thousand key frames are
-// within 0.1 % of the exact value; with many more key frames, straight lines connect them.
+// Step interpolation gives curves with jumps. Other curves with up to a thousand key frames are
+// within 0.1 % of the exact value. With many more key frames, straight lines connect the key
+// frames.
 class GltfAnimatedValues {
  public:
   // Both arguments must outlive this object. Values that are not animated come from the JSON.
@@ -69,7 +70,7 @@ class GltfAnimatedValues {
   std::map<size_t, Curve<Vec2f>> cones_;
   std::map<size_t, Curve<float>> ranges_;
   std::map<size_t, Curve<double>> lenses_;
-  uint64_t times_ = 0;  // total number in all curves
+  uint64_t times_ = 0;  // total number of points of all curves
 };
 
 }  // namespace emberline

@@ -167,8 +167,8 @@ void AnimationReader::warn_about_repairs() const {
 
 // ---- selection
 
-// If the name is not found, but there is a broken animation without a known name, throws that
-// animation's fault, since it may be the wanted one.
+// If the name is not found, and the name of a broken animation is unknown, throws the fault of that
+// animation, since it may be the wanted one.
 size_t choose_animation(const GltfDocument& document, const std::string& wanted,
                         const std::vector<AnimationDescription>& list) {
   try {

@@ -40,13 +40,13 @@ struct GltfAnimation {
   bool at_rest = true;
   double time = 0.0;                 // requested time in seconds
   double open = 0.0, close = 0.0;    // shutter interval in seconds; equal for an instant
-  std::optional<double> next_frame;  // GltfOptions::next_frame, only for an instant
+  std::optional<double> next_frame;  // time of the next frame in seconds; set only for an instant
   double duration = 0.0;             // of the longest animation
   // Tracks in file order. If two tracks have the same target, the later one is used.
   std::vector<NodeTrack> nodes;            // tracks of everything except visibility
   std::map<size_t, KeyFrames> visibility;  // by node
   std::vector<PointerTrack> pointers;
-  // The weights that the file states for each node whose weights are animated.
+  // For each node with animated weights: the weights that the file states for it.
   std::map<size_t, std::vector<double>> weights;
   MemoryReservation memory;
 
@@ -66,7 +66,7 @@ using GltfPose = std::map<size_t, NodePose>;  // by node; empty: at rest
 // Validates the JSON of each animation. Broken animations are noted (gltf/document/faults.h).
 void check_gltf_animations(GltfDocument& document);
 
-// Returns the name, duration and targets of every animation. Does not read key frames.
+// Returns the name, duration and targets of every animation. Reads only the last key times.
 std::vector<AnimationDescription> describe_animations(const GltfDocument& document);
 
 // Reads the animations that the options choose from `list`, without channels that have no effect.

@@ -13,8 +13,8 @@ namespace emberline {
 
 // A primitive that no animation deforms.
 struct StaticMesh {
-  uint64_t key = 0;   // key in MeshDescription
-  LoadedMesh loaded;  // without arrays, which the pose's receiver owns
+  uint64_t key = 0;   // MeshDescription::key; 0: the mesh has no triangles
+  LoadedMesh loaded;  // without vertices and triangles, which the caller of GltfFile::pose() owns
   WorldBounds bounds;
   double radius = 0.0;                 // of a ball around the origin that contains the mesh
   std::vector<TangentLayout> layouts;  // the tangent layouts for which the mesh was read
@@ -29,7 +29,7 @@ struct GltfCache {
   TextureStore textures;            // backing store of the texels
   uint64_t image_bytes = 0;         // reserved for images; the owner returns it to the budget
   std::map<size_t, std::vector<Mat44d>> instancing;  // by node
-  MemoryReservation memory;                          // for `instancing`
+  MemoryReservation memory;                          // for `meshes` and `instancing`
   // State of the latest pose. `deforms`: whether any mesh deforms, so that later poses need the
   // buffers. `static_bytes`: bytes reserved for all undeformed meshes. `new_static_bytes`: the
   // bytes of those meshes that this pose read.

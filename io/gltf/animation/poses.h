@@ -22,8 +22,8 @@ class GltfPoses {
   // exists.
   GltfPoses(const GltfDocument& document, const GltfShutter& shutter);
 
-  // Whether the mesh has morph targets; and whether the node has animated weights or weights of its
-  // own.
+  // morphs() tells whether the mesh has morph targets. has_own_weights() tells whether the node's
+  // weights are animated or differ from the mesh's weights.
   bool morphs(size_t mesh) const { return defaults_[mesh].morphs; }
   bool has_own_weights(size_t node) const;
   // Loads the skin on first use. Throws InputError.

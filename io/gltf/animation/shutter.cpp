@@ -14,23 +14,23 @@ namespace {
 
 using nlohmann::json;
 
-// The value is our choice. Embree supports up to 128 segments.
+// Limit on the segments (intervals between steps). It is our choice. Embree supports up to 128.
 constexpr size_t kMaxSegments = 64;
-constexpr size_t kMaxTransforms = size_t(1) << 22;  // nodes times steps: 512 MiB
+constexpr size_t kMaxTransforms = size_t(1) << 22;  // limit on nodes times steps; 512 MiB
 // Largest visible deviation from the path, relative to the object's radius.
 constexpr double kTolerance = 1e-3;
 // Largest rotation between two steps, in radians, if vertices move linearly between the steps. The
 // chord of an arc of this angle deviates from the arc by kTolerance.
 constexpr double kMaxJointRotation = 0.09;
 constexpr double kMaxRotation = 0.8;      // limit if Embree interpolates the rotation
-constexpr double kMaxKeptRotation = 1.6;  // limit between two steps that are kept
+constexpr double kMaxKeptRotation = 1.6;  // limit between steps kept by reduce_transforms()
 
 double angle_between(const Imath::Quatd& a, const Imath::Quatd& b) {
   return 2.0 * std::acos(std::min(1.0, std::abs(a ^ b)));
 }
 
-// Returns an upper bound on the distance between the two positions to which `a` and `b` move a
-// point of a ball around the origin.
+// Transforms `a` and `b` move each point of a ball around the origin to two positions. Returns an
+// upper bound on the distance between them.
 double distance_between(const Mat44d& a, const Mat44d& b, double radius) {
   double shift = 0.0, turn = 0.0;
   for (int c = 0; c < 3; ++c) {
@@ -70,7 +70,7 @@ WorldBounds position_bounds(const GltfDocument& document, const json& mesh) {
   return bounds;
 }
 
-// Returns the largest number of key frames that a track has in the interval. Motion is smooth
+// Returns the largest number of key frames that any track has in the interval. Motion is smooth
 // between key frames.
 size_t max_keys_within(const GltfAnimation& animation, double open, double close) {
   size_t most = 0;
@@ -277,8 +277,8 @@ std::vector<Mat44d> make_invertible(std::vector<Mat44d> steps, const Vec3d& cent
 namespace {
 
 // Returns the smallest number of segments (1, 2, 4, ... up to `segments`) for which the error of
-// interpolating each step is at most `most`. error(step, before, after) is the error of `step`
-// between two kept steps.
+// interpolating each step is at most `most`. error(step, before, after) is the error if `step` is
+// interpolated between the kept steps `before` and `after`.
 template <class Error>
 size_t required_segments(size_t segments, double most, const Error& error) {
   for (size_t count = 1; count < segments; count *= 2) {

@@ -12,7 +12,8 @@ namespace emberline {
 
 class GltfShutter {
  public:
-  // Requires an animation. Throws InputError if there is not enough memory.
+  // Both arguments must outlive this object. Throws InputError if there is not enough memory or if
+  // a moving node's transform is not finite or too large.
   GltfShutter(const GltfDocument& document, const GltfAnimation& animation);
 
   // World transforms of all nodes at shutter opening.
@@ -27,7 +28,8 @@ class GltfShutter {
 
   // Number of poses, including the first; 1 if nothing moves.
   size_t steps() const { return poses_.size(); }
-  // True if the second pose, if there is one, belongs to the time GltfAnimation::next_frame.
+  // Whether the shutter interval is an instant with motion vectors. If there is a second pose, it
+  // is then the pose at the time GltfAnimation::next_frame.
   bool is_instant() const { return animation_.next_frame.has_value(); }
   bool moves(size_t node) const { return !moving_.empty() && moving_[node] != kNotMoving; }
   // Requires moves(node).

@@ -19,7 +19,7 @@ class GltfVisibility {
   // Throws InputError for more changes than memory or the file's size allows.
   GltfVisibility(const GltfDocument& document, const GltfAnimation& animation);
 
-  // Whether the node is visible at any time; and when it is visible (null: always).
+  // Whether, and at which times (null: all), the node is visible while the shutter is open.
   bool is_ever_visible(size_t node) const { return visible_times_[node] != never_visible_; }
   const std::shared_ptr<const VisibilityTimes>& times(size_t node) const {
     return visible_times_[node];
@@ -37,7 +37,7 @@ class GltfVisibility {
   const TimesPtr never_visible_ = std::make_shared<VisibilityTimes>(VisibilityTimes{false, {}});
   std::vector<TimesPtr> visible_times_;  // per node
   std::vector<char> may_be_visible_;
-  // Caches. The keys are a track's times and values, and the two operands of intersect().
+  // Caches. The keys point to a track's times and values, or to the operands of intersect().
   std::map<std::pair<const void*, const void*>, TimesPtr> track_cache_, intersection_cache_;
   uint64_t changes_ = 0;  // total number for all nodes
 };

@@ -36,7 +36,7 @@ uint32_t read_unsigned(const uint8_t* bytes, int component_type) {
   }
 }
 
-// Returns the accessor's first element. The elements are `stride` bytes apart.
+// Returns the first element, or null if none. The elements are `accessor.stride` bytes apart.
 const uint8_t* accessor_bytes(const GltfDocument& document, const GltfAccessor& accessor) {
   if (accessor.count == 0) return nullptr;
   const uint64_t element_size = uint64_t(accessor.component_size) * uint64_t(accessor.components);

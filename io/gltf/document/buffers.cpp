@@ -26,9 +26,9 @@ const char* meshopt_name(const json& view) {
   return find_extension(view, kMeshopt[0]) ? kMeshopt[0] : kMeshopt[1];
 }
 
-// Returns null for a buffer without bytes. Such a buffer is a placeholder for views that meshopt
-// compresses, whether it is marked as a fallback or not. If any other view uses the buffer,
-// checked_range() reports this.
+// Returns null for a buffer with neither a uri nor a GLB binary chunk. Such a buffer is a
+// placeholder for views that meshopt compresses. It need not be marked as a fallback. If any other
+// view uses it, checked_range() reports this.
 std::unique_ptr<GltfBuffer> open_buffer(GltfDocument& document, const json& buffer,
                                         const std::string& place, size_t i) {
   const uint64_t byte_length = buffer.at("byteLength").get<uint64_t>();
@@ -58,8 +58,8 @@ std::unique_ptr<GltfBuffer> open_buffer(GltfDocument& document, const json& buff
   return result;
 }
 
-// Returns the range of a buffer to which `reference` refers. `reference` is a view, or the
-// compressed form of a view.
+// Returns the range of a buffer to which `reference` refers. `reference` is a bufferView or its
+// meshopt extension.
 GltfView checked_range(const GltfDocument& document, const json& reference,
                        const std::string& place) {
   GltfView view;

@@ -19,7 +19,6 @@ using ByteSpan = std::span<const uint8_t>;
 
 class GltfBuffer {
  public:
-  // Makes an empty buffer.
   GltfBuffer() = default;
   // Makes a buffer in memory, from a data URI.
   explicit GltfBuffer(std::vector<uint8_t> bytes)

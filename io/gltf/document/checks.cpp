@@ -38,7 +38,8 @@ int checked_component_size(const json& object, const std::string& place) {
 }
 
 // Throws unless `count` elements of `size` bytes, `stride` apart, lie within the view. All values
-// are at most 2^53, and the stride is below 2^16. The test of `count` keeps the product below 2^63.
+// are at most 2^53, and the stride is below 2^16. Comparing `count` with the view's size first
+// keeps the product below 2^63.
 void check_range(const GltfView& view, uint64_t offset, uint64_t count, uint64_t stride,
                  uint64_t size, const std::string& place) {
   const bool exceeds_view = count > view.size;
@@ -250,7 +251,7 @@ void check_gltf_accessors(GltfDocument& document) {
     }
     document.accessors[i] = accessor;
   });
-  // An accessor without data consists of zeros, so a few bytes could claim any number of zeros.
+  // Without this limit, a tiny file could declare any number of zeros (accessors without data).
   document.max_zeros = std::max(max_backed_count, document.total_bytes);
 }
 

@@ -40,7 +40,7 @@ struct GltfView {
 
 // A range-checked accessor: every element lies inside its buffer view or is zero.
 struct GltfAccessor {
-  int view = -1;  // -1: the elements are zeros, or are in a compressed primitive
+  int view = -1;  // -1: the elements are zeros, or are in a Draco stream
   uint64_t offset = 0, stride = 0, count = 0;
   int component_type = 0;  // 5120 BYTE .. 5126 FLOAT
   int component_size = 0;  // bytes

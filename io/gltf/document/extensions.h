@@ -18,8 +18,8 @@ void check_required_extensions(const GltfDocument& document);
 // Adds extensionsUsed to the report. Warns about extensions that have no effect, with the reason.
 void report_extensions(const GltfDocument& document, CoverageReport& coverage);
 
-// If the file has a later minor version, reports those members of nodes, meshes and materials that
-// this program does not know, and warns about them.
+// If the file has a later minor version than 2.0, reports those members of nodes, meshes and
+// materials that this program does not know, and warns about them.
 void report_unknown_members(const GltfDocument& document, CoverageReport& coverage);
 
 // These add `what` to the report once, with a warning such as "FILE: ignored: WHAT (WHY)".

@@ -34,7 +34,7 @@ class GltfFaults {
   };
 
   // Rethrows `caught` if it is a LimitError, which is not a fault of the file. Call it in every
-  // handler; note_broken() and note_defaulted() call it themselves.
+  // handler that catches InputError; note_broken() and note_defaulted() call it themselves.
   static void rethrow_limit_error(const InputError& caught);
 
   // Marks the object at `pointer` ("/cameras/3") as unusable. Keeps only the object's first fault.
@@ -57,8 +57,8 @@ class GltfFaults {
   size_t count() const;
   void forget(size_t count);
 
-  // Returns one line for each kind of location, in order of discovery. A line has the first fault
-  // of this kind and the number of further faults.
+  // Returns one line for each kind of location (a JSON pointer without indices), in order of
+  // discovery. A line has the first fault of its kind and the number of others.
   std::vector<std::string> lines() const;
   // Returns the first fault of lines() whose pointer begins with one of `parts` ("/meshes/"). Skips
   // faults in extensions, because these have defaults.

@@ -12,9 +12,9 @@
 namespace emberline {
 namespace {
 
-// Returns the minimum number of bytes for `count` elements, from the extension's appendix A. A
-// vertex stream has 2 header bits per 16 bytes of a byte plane. An index stream has one byte per
-// triangle. An index sequence has one byte per index.
+// Returns the minimum number of bytes for `count` elements, from the extension's appendix A. The
+// minimum is 2 header bits per 16 bytes of a byte plane for attributes, one byte per triangle for
+// triangle indices, and one byte per index for an index sequence.
 uint64_t min_encoded_size(const std::string& mode, ByteSpan encoded, uint64_t count,
                           uint64_t stride) {
   if (mode == "TRIANGLES") return 1 + count / 3;

@@ -12,15 +12,14 @@ std::vector<uint8_t> decode_meshopt_view(const nlohmann::json& extension, ByteSp
                                          uint64_t byte_length, const std::string& place,
                                          const LoadProgress& progress = LoadProgress::none());
 
-// The functions below (meshopt_v1.cpp) implement what KHR_meshopt_compression adds to
-// EXT_meshopt_compression and meshoptimizer 0.18 lacks: version 1 of the attribute codec and the
-// COLOR filter (appendices A and B of the extension's specification).
+// The functions below (meshopt_v1.cpp) implement the parts of KHR_meshopt_compression that are
+// neither in EXT_meshopt_compression nor in meshoptimizer 0.18: version 1 of the attribute codec
+// and the COLOR filter (appendices A and B of the extension's specification).
 
 // Whether the attribute stream has the header of version 1.
 bool is_meshopt_v1(std::span<const uint8_t> encoded);
 
-// Returns the minimum size in bytes of a stream of `count` elements, which is reached if all are
-// zero.
+// Returns the minimum size in bytes of a stream of `count` elements (the size if all are zero).
 uint64_t min_meshopt_v1_size(uint64_t count, uint64_t stride);
 
 // Decodes `count` elements of `stride` bytes (a multiple of 4, at most 256) into `decoded`, which

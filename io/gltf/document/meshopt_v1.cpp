@@ -12,7 +12,7 @@ namespace emberline {
 namespace {
 
 constexpr uint8_t kHeader = 0xa1;
-constexpr size_t kGroupSize = 16;     // elements; a byte plane stores their deltas together
+constexpr size_t kGroupSize = 16;     // elements whose deltas are packed together
 constexpr size_t kMaxElements = 256;  // per block
 constexpr size_t kBlockBytes = 8192;  // approximate size of a decoded block
 constexpr size_t kMaxStride = 256;
@@ -66,7 +66,8 @@ bool read_group(Stream& stream, int bits, uint8_t* deltas) {
   return true;
 }
 
-// Reads the deltas of one byte plane of `count` elements. `deltas` must have room for whole groups.
+// Reads the deltas of one byte plane (the bytes at the same offset in `count` elements). `deltas`
+// must have room for whole groups.
 bool read_deltas(Stream& stream, int control, size_t count, uint8_t* deltas) {
   const size_t groups = (count + kGroupSize - 1) / kGroupSize;
   if (control == 2) {
@@ -88,7 +89,8 @@ bool read_deltas(Stream& stream, int control, size_t count, uint8_t* deltas) {
   return true;
 }
 
-// Applies a delta to four bytes of the previous element, `last`.
+// Returns four bytes of an element, from the same bytes of the previous element (`last`) and their
+// delta. The low four bits of `channel` are the mode.
 uint32_t next_value(uint32_t last, uint32_t delta, uint8_t channel) {
   // In mode 2, the XOR difference was rotated to the left before it was stored.
   if ((channel & 15) == 2) return last ^ std::rotr(delta, channel >> 4);

@@ -62,11 +62,11 @@ constexpr Property kTexture[] = {propagating(index("sampler", "/samplers")),
 constexpr Property kTextureTransform[] = {numbers("offset", 2), number("rotation"),
                                           numbers("scale", 2), integer("texCoord", 0, 15)};
 constexpr Property kTextureInfoExtensions[] = {object("KHR_texture_transform", kTextureTransform)};
-// The code that finds the texture checks the index, and may tolerate an invalid one.
+// GltfMaterialObject checks the index, since it may tolerate an invalid one (GltfOptions::lenient).
 constexpr Property kTextureInfo[] = {required(integer("index")), integer("texCoord", 0, 15),
                                      number("scale"), defaultable(number("strength")),
                                      object("extensions", kTextureInfoExtensions)};
-// A texture that may be missing without spoiling the image.
+// The reference to a texture that does not affect the picture, and so may be missing.
 constexpr Property kDefaultableTextureInfo[] = {
     required(propagating(index("index", "/textures"))), integer("texCoord", 0, 15),
     defaultable(number("strength")), object("extensions", kTextureInfoExtensions)};
@@ -214,7 +214,7 @@ constexpr Property kAnimationSampler[] = {required(index("input", "/accessors"))
                                           required(index("output", "/accessors"))};
 constexpr Property kAnimation[] = {name(), required(objects("channels", kChannel)),
                                    required(objects("samplers", kAnimationSampler))};
-// The target of a `propagating` index must come before the objects that refer to it.
+// The arrays are checked in this order, so the target of a `propagating` index must come first.
 constexpr Property kRoot[] = {required(object("asset", kAsset)),
                               index("scene", "/scenes"),
                               plain("extensionsRequired", Kind::kStrings),

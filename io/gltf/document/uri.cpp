@@ -66,7 +66,7 @@ struct Unescaped {
   bool is_valid = true;  // whether every % begins an escape that was decoded
 };
 
-// Decodes the escapes of bytes >= `min_byte` and keeps all other text.
+// Decodes the percent escapes of bytes >= `min_byte`. Keeps all other text as it is.
 Unescaped unescape(std::string_view text, int min_byte) {
   Unescaped result;
   result.text.reserve(text.size());

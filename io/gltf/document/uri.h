@@ -23,13 +23,13 @@ struct ResourceFolder {
 
 struct ResolvedUri {
   std::filesystem::path name;  // relative to the directory
-  std::filesystem::path file;  // with links followed
+  std::filesystem::path file;  // with symbolic links resolved
 };
 
-// Finds the file of a relative reference. Tries the name that the URI's escapes encode, then the
-// URI unchanged, then both with "/" instead of "\". So it also finds names that a writer did not
-// escape or wrote with backslashes. Absolute paths, other schemes (http:) and files outside the
-// root are errors. So a scene cannot read, for example, a user's keys.
+// Finds the file of a relative reference. Tries the percent-decoded name, then the URI unchanged,
+// then both with "/" instead of "\". So it also finds names that a writer did not escape or wrote
+// with backslashes. Absolute paths, other schemes (http:) and files outside the root are errors. So
+// a scene cannot read, for example, a user's keys.
 ResolvedUri resolve_uri(std::string_view uri, const ResourceFolder& folder,
                         const std::string& place);
 

@@ -21,7 +21,8 @@ struct DracoPrimitive {
 };
 
 // Throws InputError at `place` for a corrupt stream, for missing attributes, and for counts that
-// are implausible for the stream's size or exceed `declared_indices` or the memory budget.
+// are implausible for the stream's size or exceed `declared_indices` (the count of the index
+// accessor) or the memory budget.
 DracoPrimitive decode_draco(ByteSpan encoded, const std::vector<DracoRequest>& requests,
                             uint64_t declared_indices, const std::string& place,
                             const LoadProgress& progress = LoadProgress::none());

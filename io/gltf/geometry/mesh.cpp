@@ -368,7 +368,7 @@ uint64_t max_load_bytes(const GltfDocument& document, const PrimitiveReader& rea
   return bytes_of(vertices, per_vertex) + bytes_of(indices, per_index);
 }
 
-// Whether the primitive has a surface. If it has none, `loaded` says why.
+// Whether the primitive has a surface. If it has none, stores the reason in `loaded`.
 bool has_surface(const GltfDocument& document, const json& primitive, LoadedMesh& loaded) {
   const int mode = primitive.value("mode", int(kTriangles));
   if (mode < kTriangles) {
@@ -454,7 +454,7 @@ LoadedMesh load_primitive(const GltfDocument& document, size_t mesh_index, size_
   normalise_directions(mesh);
   for (MeshStep& step : mesh.motion) normalise_directions(step);
   if (layout && mesh.tangents.empty()) generate_tangents(mesh, *layout);
-  // Releases what was needed only for reading.
+  // Replaces the reservation for reading by that of the finished mesh.
   memory.release();
   loaded.bytes = mesh.name.capacity() + allocated_bytes(mesh);
   document.reserve(MemoryPart::kGeometry, loaded.bytes, document.place(pointer));

@@ -49,8 +49,8 @@ struct LoadedMesh {
 // `materials` are all materials that may shade the primitive, and the primitive's own material
 // comes first. They decide which UV sets are kept (set 0 always is) and whether the mesh gets
 // tangents. With `tangents`, the mesh always gets tangents. `flat` means that the instance
-// transform flattens the mesh. Its normals are then not read, since the normals of the plane are
-// used.
+// transform flattens the mesh. The mesh's normals are then not read, since the normals of the plane
+// are used.
 //
 // Throws InputError. Thread-safe.
 LoadedMesh load_primitive(const GltfDocument& document, size_t mesh, size_t primitive,

@@ -30,10 +30,10 @@ double radius_of(const MeshDescription& mesh) {
 
 }  // namespace
 
-// Limits the number of elements read to a multiple of the number that the file has. This is
-// necessary because primitives and morph targets may share accessors, and nodes may use a primitive
-// in many poses. A variant counts as one element. The factor of 64 is our choice and is far above
-// normal sharing.
+// Limits the number of accessor elements that are read to a multiple of the number that the file
+// stores. This is necessary because primitives and morph targets may share accessors, and nodes may
+// use a primitive in many poses. A variant counts as one element. The factor of 64 is our choice
+// and is far above normal sharing.
 void GltfMeshUses::check_budget(std::span<const MeshUse> uses) const {
   uint64_t backed = document_.total_bytes;
   for (const GltfAccessor& accessor : document_.accessors) {
@@ -93,8 +93,8 @@ struct GltfMeshUses::Primitive {
   LoadedMesh result = {};
 };
 
-// Loads a primitive. Takes it from the cache if no animation deforms it and it is both cached and
-// held.
+// Loads a primitive. If no animation deforms it and the caller still has its mesh from an earlier
+// pose, uses the cache instead.
 void GltfMeshUses::load(Primitive& task) const {
   static const MaterialDescription default_material;
   const MeshUse& use = *task.use;

@@ -30,9 +30,9 @@ struct MeshUse {
 
 class GltfMeshUses {
  public:
-  // `next_frame` means the same as in load_primitive(). Undeformed meshes are added to `cache`. A
-  // mesh in the cache whose key is in `held` (ascending) is not read again. All arguments must
-  // outlive this object.
+  // `next_frame` means the same as in load_primitive(). Undeformed meshes are added to `cache`.
+  // `held` (ascending) lists the keys of cached meshes that the caller still has; these are not
+  // read again. All arguments must outlive this object.
   GltfMeshUses(const GltfDocument& document, bool next_frame, std::span<const uint64_t> held,
                GltfCache& cache, SceneDescription& scene)
       : document_(document), next_frame_(next_frame), held_(held), cache_(cache), scene_(scene) {}

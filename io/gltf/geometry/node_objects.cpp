@@ -241,8 +241,8 @@ std::vector<Mat44d> read_instance_transforms(const GltfDocument& document, const
   const std::vector<float> rotations = read("ROTATION", 4);
   const std::vector<float> scales = read("SCALE", 3);
   if (!has_count) {
-    // All attributes are ones that this loader ignores, such as _ID. Their count is the number of
-    // instances.
+    // The node has only attributes that this loader ignores, such as _ID. Their count is still the
+    // number of instances.
     if (attributes.empty()) return {};
     const auto first = attributes.begin();
     if (first->is_null()) document.faults->require(pointer + "/attributes/" + first.key());

@@ -10,9 +10,10 @@ namespace emberline {
 
 std::string node_name(const GltfDocument& document, size_t node);
 
-// These append the node's camera or light to `scene`. If its transform is too degenerate to define
-// a direction, they count it and skip it. An invalid value of a camera is stored as the camera's
-// fault. Most invalid values of a light are replaced by defaults; the others throw InputError.
+// These append the node's camera or light to `scene`. If the node's transform is too degenerate to
+// define a direction, they skip the object and count it in LoadRepairs::singular_instances. An
+// invalid value of a camera is stored as the camera's fault. Most invalid values of a light are
+// replaced by defaults; the others throw InputError.
 CameraDescription* read_camera(const GltfDocument& document, size_t node, const GltfPose& pose,
                                const Mat44d& to_world, SceneDescription& scene);
 PunctualLightDescription* read_punctual_light(const GltfDocument& document, size_t node,
@@ -24,8 +25,8 @@ double field_of_view(double yfov, const std::string& place);
 double magnification(double ymag, const std::string& place);
 
 // These validate a spot's cone angles and a light's range. A default replaces a value that is out
-// of range, with a warning that names the member of the light at `pointer`. If the file requires
-// the extension, they throw InputError instead.
+// of range, with a warning. If the file requires KHR_lights_punctual, they throw InputError
+// instead. `pointer` refers to the light.
 Vec2f cone_angles(double inner, double outer, const GltfDocument& document,
                   const std::string& pointer);
 float light_range(double range, const GltfDocument& document, const std::string& pointer);

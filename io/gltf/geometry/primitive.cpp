@@ -110,7 +110,7 @@ const std::vector<float>* PrimitiveReader::draco_floats(const std::string& attri
   return found == draco_->attributes.end() ? nullptr : &found->second;
 }
 
-// Throws all of the attribute's errors before memory is allocated for it.
+// Checks the attribute before memory is allocated for it.
 void PrimitiveReader::check(const std::string& attribute, int components) const {
   if (const std::vector<float>* decoded = draco_floats(attribute)) {
     if (decoded->size() == vertex_count_ * uint64_t(components)) return;
@@ -159,8 +159,8 @@ std::vector<float> PrimitiveReader::read(int index, int components,
   return read_floats(document_, index, components, place, selected_vertices());
 }
 
-// Speeds up files in which each of thousands of primitives uses a few triangles of one huge
-// accessor.
+// If the indices use few vertices, keeps only these. This speeds up files in which thousands of
+// primitives each use a few triangles of one huge accessor.
 void PrimitiveReader::select_used_vertices() {
   // If there is at most one index for every four vertices, sorting the indices costs less than
   // reading all vertices.

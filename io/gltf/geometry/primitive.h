@@ -82,7 +82,7 @@ class PrimitiveReader {
   std::optional<DracoPrimitive> draco_;
   std::optional<InputError> draco_fault_;
   uint64_t vertex_count_ = 0;                       // in the file
-  std::vector<std::array<uint32_t, 3>> triangles_;  // all indices; the last may be partial
+  std::vector<std::array<uint32_t, 3>> triangles_;  // all indices; the last triangle may be partial
   uint64_t index_count_ = 0;
   std::vector<uint32_t> used_vertices_;  // ascending; empty if all are used
 };

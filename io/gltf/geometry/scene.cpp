@@ -100,7 +100,7 @@ class SceneGraphReader {
   const std::vector<Mat44d>& instance_transforms(const json& instancing, size_t node);
   size_t find_or_add_use(size_t node, bool flat);
   bool is_flat(const Placement& placement) const;
-  // Invertible transforms of a placement. `next_frame` is the transform at
+  // Invertible transforms of a placement. `next_frame` is the transform at the time
   // GltfAnimation::next_frame.
   struct Transforms {
     Mat44d to_world;
@@ -193,7 +193,7 @@ std::optional<Mat44d> SceneGraphReader::aimed(size_t node, size_t step) const {
 
 void SceneGraphReader::add_motion(size_t node, std::vector<Mat44d>& motion) const {
   if (!shutter_.moves(node) || shutter_.is_instant()) return;
-  // A step without a direction keeps the direction of the previous step.
+  // If the transform of a step defines no direction, the direction of the previous step is kept.
   Mat44d last = aimed(node, 0).value_or(shutter_.world(node, 0));
   for (size_t step = 1; step < shutter_.steps(); ++step) {
     const Mat44d& world = shutter_.world(node, step);
@@ -218,8 +218,8 @@ void SceneGraphReader::find_moving_meshes() {
   }
 }
 
-// Whether no animation deforms the node's mesh. Returns false for a scene at rest, which is posed
-// only once.
+// Whether no animation deforms the node's mesh. Returns false for a scene at rest: it is posed only
+// once, so its meshes need no cache.
 bool SceneGraphReader::undeformed(size_t node) const {
   const tinygltf::Node& source = document_.model->nodes[node];
   if (at_rest_) return false;
@@ -352,7 +352,7 @@ void SceneGraphReader::place_meshes() {
       sizeof(InstanceDescription) + (shutter_.is_instant() ? sizeof(NextFrameInstance) : 0);
   document_.reserve(MemoryPart::kGeometry, bytes_of(count, bytes_each) + name_bytes);
   scene_.instances.reserve(count);
-  std::vector<double> radii(scene_.meshes.size(), -1.0);  // only of moving meshes
+  std::vector<double> radii(scene_.meshes.size(), -1.0);  // of moving meshes; -1: not computed
   for (const Placement& placement : placements_) {
     const std::string place = document_.place("/nodes/" + std::to_string(placement.node));
     check_transform(placement.to_world, place);
@@ -431,8 +431,8 @@ std::optional<std::string> SceneGraphReader::find_broken_geometry() const {
       {"/scenes/", "/nodes/", "/meshes/", "/skins/", "/accessors/", "/bufferViews/", "/buffers/"});
 }
 
-// Decides what to do with a scene without instances. Either only its environment is rendered, or
-// this throws an error because the file has geometry that can never be seen.
+// Handles a scene without instances. Throws if all its geometry is broken or has no surface.
+// Otherwise warns that only the environment is rendered.
 void SceneGraphReader::check_empty(const std::string& dropped) const {
   const auto may_be_visible = [&](size_t node) { return visibility_.may_be_visible(node); };
   const bool visible_later = !at_rest_ && std::ranges::any_of(hidden_nodes_, may_be_visible);

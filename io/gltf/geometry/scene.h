@@ -14,8 +14,9 @@ namespace emberline {
 // Reads the meshes, instances, lights and cameras of the file's default scene (`scene`, else scene
 // 0, else all root nodes) into `scene`, in the animation's pose. The materials of `scene` must have
 // been read before. Loads meshes in parallel. Also records repairs and coverage. Undeformed meshes
-// are added to `cache`. A mesh in the cache whose key is in `held` (ascending) is not read again.
-// Throws InputError, also if the file has nothing to render at any time.
+// are added to `cache`. `held` (ascending) lists the keys of cached meshes that the caller still
+// has; these are not read again. Throws InputError, also if the only geometry is broken or has no
+// surface.
 void load_scene_graph(const GltfDocument& document, const GltfAnimation& animation,
                       const GltfAnimatedValues& changes, std::span<const uint64_t> held,
                       GltfCache& cache, SceneDescription& scene);

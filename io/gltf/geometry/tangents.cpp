@@ -77,7 +77,7 @@ std::vector<Vec3f> face_normals(const std::vector<Vec3f>& positions,
   return normals;
 }
 
-// Sums of weighted directions, for each corner key and orientation (0 upright, 1 mirrored).
+// Sums of weighted u directions, by corner key and side (UV orientation: 0 upright, 1 mirrored).
 class TangentGroups {
  public:
   TangentGroups(const std::vector<Vec3f>& positions, const std::vector<Vec3f>& normals,

@@ -27,9 +27,9 @@ bool is_singular(const Mat44d& m);
 // Returns the unit direction that a singular transform maps to 0, or nothing if the transform
 // collapses space to a line or a point.
 std::optional<Vec3d> flattened_axis(const Mat44d& m);
-// Makes a flat transform invertible. Maps `axis` to the normal of the plane, with a length of
-// `thickness` times the size in the plane. `center` stays in the plane. If `mirrored`, the
-// determinant is negative.
+// `flat` maps space to a plane. Returns an invertible transform that maps `axis` to the plane's
+// normal, with a length of `thickness` times the size in the plane. `center` stays in the plane. If
+// `mirrored`, the determinant is negative.
 Mat44d thickened(const Mat44d& flat, const Vec3d& axis, double thickness,
                  const Vec3d& center = Vec3d(0.0), bool mirrored = false);
 // Returns a transform that first projects along `axis` onto the plane through `center` and then
@@ -39,9 +39,9 @@ Mat44d flattened(const Mat44d& m, const Vec3d& axis, const Vec3d& center);
 // transform unchanged. Returns nothing if the transform collapses space to a line or a point.
 std::optional<Mat44d> restore_directions(const Mat44d& m);
 
-// Returns a transform at the node's position. It keeps the directions of the node's -Z and +Y even
-// if scales of the node or its ancestors are 0. Returns nothing if a matrix destroys the
-// directions.
+// Returns a transform that places a camera or light at the node, whose world transform is `world`.
+// It keeps the directions of the node's -Z and +Y even if scales of the node or its ancestors are
+// 0. Returns nothing if a matrix of the node or an ancestor destroys the directions.
 std::optional<Mat44d> aimed_transform(const GltfDocument& document, size_t node,
                                       const GltfPose& pose, const Mat44d& world);
 

@@ -48,7 +48,7 @@ DecodedImage decode(const GltfDocument& document, int index, bool lenient) {
   }
   const std::string label = name.empty() ? place : place + " (" + shortened(name) + ")";
   DecodedImage decoded = decode_image(encoded, label, lenient, *document.progress);
-  // The image is not shared yet.
+  // Nothing else refers to the image yet, so it may be changed.
   std::const_pointer_cast<Image>(decoded.image)->name = name.empty() ? "#" + pointer : name;
   return decoded;
 }
@@ -118,9 +118,9 @@ DecodedImage decode_with_fallbacks(const GltfDocument& document, int image,
   }
 }
 
-// KHR_texture_basisu requires that an image states the transfer function that its use implies. As
-// for all images, the use decides (glTF 2.0, section 3.9.2). This function warns if the file
-// disagrees.
+// Warns about images whose stated transfer function (sRGB or linear) does not fit their use.
+// KHR_texture_basisu requires that it fits. As for all images, the use decides (glTF 2.0, section
+// 3.9.2).
 void warn_about_transfer(const SceneDescription& scene, const std::vector<const GltfImage*>& images,
                          const std::string& file) {
   std::vector<char> warned(images.size(), 0);
@@ -132,7 +132,7 @@ void warn_about_transfer(const SceneDescription& scene, const std::vector<const 
     log_warning(file + ": " + shortened(image.image->name) + " is marked as " + image.transfer +
                 ", but is used where " + transfer + " is expected; the marking is ignored");
   };
-  // These lists leave out slots that read alpha, which is always linear.
+  // These lists leave out slots that read only alpha, which is always linear.
   using Material = MaterialDescription;
   constexpr TextureRef Material::*kColours[] = {
       &Material::base_color_texture, &Material::emission_texture, &Material::specular_color_texture,
@@ -168,7 +168,7 @@ std::vector<const GltfImage*> decode_images(const GltfDocument& document,
     const std::vector<int> others = found == fallbacks.end() ? std::vector<int>() : found->second;
     images[i].decoded =
         decode_with_fallbacks(document, uncached[i], others, options.lenient, images[i].fault);
-    // The image is not shared yet.
+    // Nothing else refers to the image yet, so it may be changed.
     store.add(std::const_pointer_cast<Image>(images[i].decoded.image), *document.progress);
   });
   store.finish_load();

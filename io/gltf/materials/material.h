@@ -17,9 +17,8 @@ std::vector<MaterialDescription> read_materials(const GltfDocument& document,
                                                 const GltfOptions& options,
                                                 CoverageReport& coverage);
 
-// Returns pointers to all texture slots of a material, which may be const. Every slot must be
-// listed here. Otherwise the slot would keep its glTF image index, and its UV set would not be
-// read.
+// Returns pointers to all texture slots of `material`, which may be const. Every slot must be
+// listed here: an unlisted slot would keep its glTF image index, and its UV set would not be read.
 template <class Material>
 auto texture_slots(Material& material) {
   return std::array{&material.base_color_texture,

@@ -14,7 +14,7 @@
 
 namespace emberline {
 
-// The members that were clamped; one warning reports them all.
+// Members whose values were clamped. Each list causes one warning.
 struct ClampedFactors {
   struct List {
     static constexpr size_t kMaxNamed = 8;  // the rest are only counted; a file may have any number
@@ -94,8 +94,8 @@ inline constexpr const char* kSpecularGlossiness = "KHR_materials_pbrSpecularGlo
 
 // Reads all KHR_materials_* extensions that change scattering, except specular-glossiness. An unlit
 // material must not have them; if it does, they are reported as ignored. Specular-glossiness
-// defines its own index of refraction and specular colour. So together with it, only the layers on
-// top are read.
+// defines its own index of refraction and specular colour, so KHR_materials_ior and
+// KHR_materials_specular are not read together with it.
 void read_material_layers(const GltfMaterialObject& object, MaterialDescription& material);
 
 // Reads KHR_materials_pbrSpecularGlossiness, which replaces pbrMetallicRoughness. According to the

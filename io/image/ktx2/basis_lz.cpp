@@ -123,8 +123,8 @@ std::span<const SliceReader::Block> SliceReader::next_row() {
   for (size_t x = 0; x < row_.size(); ++x) previous_endpoints_[x] = row_[x].endpoint;
   uint32_t prediction = 0;
   for (size_t x = 0; x < row_.size(); ++x) {
-    // A prediction has two bits for each block of a square of 2 x 2 blocks. The bits of the lower
-    // two blocks are kept for the next row.
+    // An endpoint prediction covers 2 x 2 blocks, with two bits for each. The bits of the lower two
+    // blocks are kept for the next row.
     if (x % 2 == 0) {
       uint8_t& stored_prediction = predictions_[x / 2];
       prediction = row_number_ % 2 == 0 ? next_prediction() : stored_prediction;

@@ -20,8 +20,8 @@ struct Endpoint {
   uint8_t intensity = 0;               // row of ETC1's modifier table, 0 to 7
 };
 
-// One byte per row of pixels. The leftmost pixel is in the lowest two bits. 0 is the most negative
-// modifier.
+// The selectors of a block: one byte per row, with two bits per pixel. The leftmost pixel is in the
+// lowest bits. 0 is the most negative modifier.
 using Selectors = std::array<uint8_t, kBlockSide>;
 
 // The header of the global data, and the data itself, still encoded.

@@ -85,8 +85,8 @@ uint64_t zstd_window(Bytes frame) {
   return little_endian<uint64_t>(frame, at, bytes) + (bytes == 2 ? 256 : 0);
 }
 
-// Logarithms of Zstandard's smallest window and of the largest window that its decoder accepts by
-// default.
+// Base-2 logarithms of Zstandard's smallest window and of the largest window that its decoder
+// accepts by default.
 constexpr int kMinWindowLog = 10, kMaxWindowLog = 27;
 
 uint64_t checked_window(const Container& container, const std::string& place) {
@@ -106,7 +106,8 @@ class ZstdRows final : public BlockRows {
         packed_{container.level.data(), container.level.size(), 0},
         blocks_(size_t(container.blocks_across()) * kUastcBlockBytes) {
     if (!stream_) throw std::bad_alloc();
-    // Later frames must not have a larger window than the first frame, whose window was counted.
+    // A level may have several frames, but block_rows_bytes() counts only the first frame's window.
+    // So no later frame may have a larger one.
     const int log = int(std::bit_width(checked_window(container, place) - 1));
     ZSTD_DCtx_setParameter(stream_.get(), ZSTD_d_windowLogMax, std::max(kMinWindowLog, log));
   }

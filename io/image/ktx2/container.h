@@ -29,11 +29,11 @@ enum class Codec : uint8_t { kEtc1s, kUastc };
 struct Container {
   int64_t width = 0, height = 0;  // size of level 0, at least 1
   Codec codec = Codec::kUastc;
-  bool is_srgb = false;  // whether the transfer function is sRGB and not linear
+  bool is_srgb = false;  // transfer function: sRGB (true) or linear (false)
   bool is_zstd = false;  // whether UASTC blocks are compressed with Zstandard
   int channels = 0;      // 1 (red), 3, or 4 with alpha
-  // For each channel, the channel of a decoded block from which it comes: 0 (red) to 3 (alpha), or
-  // -1 for zero. For ETC1S, alpha comes from the second slice.
+  // For each channel of the image, the channel of a decoded block from which it comes: 0 (red) to 3
+  // (alpha), or -1 for zero. For ETC1S, alpha comes from the second slice.
   std::array<int, 4> sources = {};
   bool has_second_slice = false;  // for ETC1S
   int levels = 0;

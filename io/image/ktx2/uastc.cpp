@@ -22,7 +22,7 @@ struct Mode {
   uint8_t hint_bits;        // number of hint bits for transcoders
   bool has_etc2_hints;  // whether the last 8 hint bits are for ETC2; their upper half must not be 0
   uint8_t pattern_bits;
-  bool selects_channel;  // stores which channel has the second weight plane; if false, alpha has it
+  bool selects_channel;  // whether the block states the channel of plane 2; if not, it is alpha
   uint8_t subsets, planes;
   Channels channels;
   Digits digits;
@@ -109,7 +109,8 @@ class BlockBits {
 };
 
 // Follows "ASTC Endpoint Unquantization": combines a value's lower bits and its trit or quint into
-// 8 bits. Entry B of that table repeats all bits above the lowest bit at other positions.
+// 8 bits. `b` is column B of that table: copies of all bits above the lowest bit, at the positions
+// noted in each row.
 uint8_t unquantize(Digits digits, int bit_count, uint32_t bits, uint32_t digit) {
   const uint32_t upper = bits >> 1;
   const std::array<uint32_t, 5> b = {

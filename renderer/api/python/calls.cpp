@@ -141,8 +141,8 @@ class WaitingCall final : public Call {
 
 // Waits for all calls before the interpreter exits. On exit, the interpreter would terminate all
 // threads that are waiting for the GIL, and the C++ functions on their stacks cannot handle that.
-// (Non-daemon threads have already ended.) A forked process does not wait: it has inherited the
-// count of calls, but not their threads.
+// (Python's non-daemon threads have already ended.) A forked process does not wait: it has
+// inherited the count of calls, but not their threads.
 void wait_for_calls() {
   if (is_forked()) return;
   g_is_finalizing = true;
@@ -166,8 +166,8 @@ void run_call(const std::function<void(Call&)>& work) {
     call->wait_for(work);
   }
   --g_calls;
-  // In a process that a callback has forked, leaks the call, since its destructor would wait for
-  // the worker forever.
+  // If a callback has forked this process, the call is leaked, since its destructor would wait
+  // forever for a worker that exists only in the parent process.
   if (is_forked()) call.release()->rethrow();
   call->rethrow();
   log_messages();
@@ -181,8 +181,8 @@ py::str text(std::string_view bytes) {
 }
 
 void init_calls() {
-  // It registers functions that run before and after a fork. If a call imported it while another
-  // thread forks, only those after the fork would run.
+  // The module `logging` registers functions that run before and after a fork. If a call imported
+  // it while another thread forks, only the functions for after the fork would run.
   py::module_::import("logging");
   api::set_log([](api::Message kind, std::string_view message) {
     const std::lock_guard lock(messages().mutex);

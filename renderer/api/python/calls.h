@@ -17,11 +17,11 @@ namespace py = pybind11;
 class Call {
  public:
   virtual ~Call() = default;
-  // Returns a token whose stop is requested after an exception in Python. The call's result is then
+  // Returns a token that requests a stop after an exception in Python. The result of `work` is then
   // discarded.
   virtual std::stop_token cancellation() const = 0;
   // Runs `work` with the GIL on the thread that called from Python, and waits until `work` has
-  // ended. Does nothing once the call is given up.
+  // ended. Does nothing after an exception in Python.
   virtual void run_in_python(const std::function<void()>& work) = 0;
 };
 

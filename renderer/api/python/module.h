@@ -37,7 +37,7 @@ struct Scene {
   std::unique_ptr<api::Scene, LeakInForks> scene;
   api::Settings loaded;    // settings used for loading
   api::Settings settings;  // `loaded` with the current pose; render() uses them as defaults
-  int renders = 0;         // number of renders in progress; accessed with the GIL
+  int renders = 0;         // number of renders in progress; protected by the GIL
   bool is_being_edited = false;
 };
 

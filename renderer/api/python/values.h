@@ -46,8 +46,8 @@ py::array pixels(const std::shared_ptr<api::RenderedPicture>& picture);
 // Converts a Picture or array to linear Rec. 709. `what` names the argument in messages. Throws
 // TypeError for values wider than float32, ValueError for a shape other than (height, width, 3).
 FloatArray rgb_of(const py::handle& picture, const std::string& what);
-// Convert a Python number, or None to nullopt. Throw TypeError and ValueError, whose messages name
-// the argument.
+// Convert a Python number; None becomes nullopt. Throw TypeError and ValueError with messages that
+// begin with the argument's name, `what`.
 std::optional<int64_t> whole_number(const py::handle& value, const std::string& what);
 std::optional<double> real_number(const py::handle& value, const std::string& what);
 

@@ -177,8 +177,8 @@ bool has_valid_plan(const FrameSettings& settings) {
 }
 
 // Throws InputError for a checkpoint with other settings or of an earlier version of the scene. The
-// jobs would reject such a checkpoint as well. But if all checkpoints were of this kind, the merge
-// would write the picture of another frame. Returns the number of parts that have a checkpoint.
+// jobs also reject such a checkpoint, but if every part had one, the merge would write the picture
+// of another frame. Returns the number of parts that have a checkpoint.
 int check_checkpoints(const FarmFolder& folder, const FrameSettings& settings, uint32_t parts,
                       bool has_plan) {
   RenderOptions options;
@@ -197,7 +197,7 @@ int check_checkpoints(const FarmFolder& folder, const FrameSettings& settings, u
     if (!InputFile::try_open(path)) continue;
     const RecordFile file(path);
     nlohmann::json then = parse_json(file.head(), path);
-    // The plan will be made again. If it then differs, the parts refuse their checkpoints.
+    // The plan will be made again. If the new plan differs, the parts reject their checkpoints.
     if (!has_plan && then.contains("inputs") && then["inputs"].is_object()) {
       then["inputs"].erase(plan_input_name());
     }
@@ -212,7 +212,7 @@ int check_checkpoints(const FarmFolder& folder, const FrameSettings& settings, u
   return resumable_parts;
 }
 
-// Removes the progress files of earlier jobs, because they would be taken for those of the new
+// Removes the progress files of earlier jobs, so that they are not mistaken for those of the new
 // jobs.
 void remove_progress(const FarmFolder& folder, const std::vector<uint32_t>& parts) {
   std::error_code ignored;
@@ -262,9 +262,9 @@ void write_record(const FarmFolder& folder, const FarmRecord& record) {
   write_file_atomically(folder.file("job.json"), record_json(record));
 }
 
-// Submits the parts as a job array, and a merge, which runs after the parts and after `others`
-// (unfinished jobs or tasks). With `plan`, submits plan.sh first, and the parts wait for it.
-// Rewrites job.json after each submission, so that `farm cancel` finds every submitted job even
+// Submits the parts as a job array. Also submits a merge, which waits for the parts and for
+// `others` (unfinished jobs or tasks). With `plan`, submits plan.sh first, and the parts wait for
+// it. Rewrites job.json after each submission, so that `farm cancel` finds every submitted job even
 // after a crash.
 void submit(const FarmFolder& folder, FarmRecord& record, bool plan,
             const std::vector<uint32_t>& parts, const std::vector<std::string>& others) {
@@ -369,8 +369,8 @@ bool is_complete_part(const FarmFolder& folder, uint32_t part, uint32_t parts) {
   }
 }
 
-// Submits the parts that are not complete, queued or running. The new merge also waits for the
-// parts that are queued or running.
+// Submits the parts that are neither complete nor queued nor running. The new merge also waits for
+// the parts that are queued or running.
 int retry_frame(const FarmFolder& folder) {
   FarmRecord record = read_record(folder);
   check_file_types(folder);
@@ -378,7 +378,8 @@ int retry_frame(const FarmFolder& folder) {
   FrameSettings settings;
   read_settings(folder.file("settings.json"), settings);
   settings.scene = record.scene;
-  // Asks for the queue first, so that a plan job that ends meanwhile is seen by its file.
+  // Reads the queue before it checks for the plan's file. If the plan job ends in between, its file
+  // exists by then.
   const std::vector<SlurmTask> tasks = require_queued_tasks(record.jobs());
   const bool has_plan = record.makes_plan && has_valid_plan(settings);
   check_checkpoints(folder, settings, record.parts, has_plan || !record.makes_plan);

@@ -95,7 +95,7 @@ FarmRecord read_record(const FarmFolder& folder) {
   record.request.memory_bytes =
       read_optional_integer<uint64_t>(json["memory_bytes"], uint64_t(1) << 63);
   record.request.minutes = read_optional_integer<int>(json["minutes"], 10000000);
-  // Version 1.0 could not plan frames.
+  // Records of version 1.0 lack these members.
   if (json.has("planned")) {
     record.makes_plan = json["planned"].boolean();
     record.plan = read_optional_integer<uint64_t>(json["plan"], kMaxJob);

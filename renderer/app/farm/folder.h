@@ -33,9 +33,9 @@ struct FarmFolder {
   std::string progress(uint32_t part) const;
   std::string plan() const { return file("frame.plan"); }
   std::string checkpoint(uint32_t part, uint32_t parts) const;
-  // Whether Slurm opens the logs. Slurm interprets % and \ in the names of logs, and no way of
-  // escaping works for both characters. If the folder's path contains one of them or a control
-  // character, the scripts open their logs themselves.
+  // Whether Slurm opens the logs. It cannot if the folder's path contains %, \ or a control
+  // character: Slurm interprets % and \ in the names of logs, and no way of escaping works for
+  // both. In that case, the scripts open their logs themselves.
   bool slurm_writes_logs() const {
     return std::ranges::none_of(
         path, [](unsigned char c) { return c == '%' || c == '\\' || c < 0x20 || c == 0x7f; });

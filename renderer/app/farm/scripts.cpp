@@ -18,8 +18,9 @@ namespace {
 
 namespace fs = std::filesystem;
 
-// "mv -T" renames the copy atomically. If other users may write to the folder, only its sticky bit
-// keeps them from replacing the stage, so safe() then requires this bit.
+// Copies the scene to the stage, a folder on this machine's own disk. "mv -T" renames the copy
+// atomically. If other users may write to the parent folder, only its sticky bit keeps them from
+// replacing the stage. safe() then requires this bit.
 constexpr const char* kStageBegin = R"sh(
 # A copy of the scene on this machine's own disk, named after its content. If two parts start at
 # once, both copy, and one copy gets the name. A file that has changed meanwhile is not copied. A

@@ -46,7 +46,7 @@ std::optional<std::vector<SlurmTask>> queued_tasks(std::span<const uint64_t> job
 // "JOB_TASK"; an empty map if Slurm has no accounting.
 std::map<std::string, std::string> ended_tasks(std::span<const uint64_t> jobs);
 
-// Throws RenderError. Finished jobs are ignored.
+// Ignores finished jobs. Throws RenderError.
 void cancel_jobs(std::span<const uint64_t> jobs);
 
 }  // namespace emberline

@@ -131,8 +131,8 @@ void set_message(const std::string& log, PartStatus& status) {
   status.message = status.message.empty() ? line : status.message + ": " + line;
 }
 
-// Without Slurm: changes the state to kUnknown if a running part has not written its progress file
-// for a minute.
+// Called only without Slurm. Changes a running part's state to kUnknown if the part has not written
+// its progress file for a minute.
 void mark_if_silent(const std::string& progress, PartStatus& status) {
   using namespace std::chrono;
   std::error_code error;
@@ -153,7 +153,7 @@ PartStatus part_status(const FarmFolder& folder, const FarmRecord& record, const
   if (!has_progress) status.done = checkpoint_fraction(folder.checkpoint(part, record.parts));
   if (!has_progress && !queue.known) status.state = record.arrays.empty() ? kWaiting : kUnknown;
   if (!has_progress && status.done == 1) status.state = kDone;
-  // The part may have been submitted several times, so uses the last array that contains it.
+  // A part may have been submitted several times. The last job array that contains it counts.
   std::string id;
   for (const uint64_t array : record.arrays) {
     const std::string task = fmt::format("{}_{}", array, part);
@@ -265,7 +265,7 @@ std::string status_json(const FarmStatus& status) {
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-// Lists the parts, but only counts waiting and finished parts.
+// Lists every part except waiting and finished ones, which are only counted.
 std::string status_text(const FarmStatus& status) {
   std::string text = printable(status.output) + fmt::format(": {} parts", status.parts.size());
   for (size_t i = 0; i < std::size(kStates); ++i) {

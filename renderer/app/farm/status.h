@@ -10,8 +10,8 @@
 
 namespace emberline {
 
-// A stopped part can be resumed from its checkpoint. If a part failed, its log has the reason. The
-// state is kUnknown if neither the part nor Slurm reports one.
+// kStopped: the part can be resumed from its checkpoint. kFailed: the part's log has the reason.
+// kUnknown: neither the part nor Slurm reports a state.
 enum class PartState : uint8_t { kWaiting, kRunning, kDone, kStopped, kFailed, kUnknown };
 
 struct PartStatus {

@@ -32,8 +32,8 @@ void add_literals(OptionHelp& help) {
   }
 }
 
-// Appends a sentence for each of `options`, the options that CLI11 has recorded as required or
-// excluded.
+// Appends a sentence for each of `options`, which CLI11 has recorded as required or excluded by an
+// option.
 void add_sentence(std::string& text, const char* begin, const std::set<CLI::Option*>& options) {
   for (const CLI::Option* other : options) text += begin + other->get_name() + ".";
 }

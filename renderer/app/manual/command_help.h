@@ -59,8 +59,8 @@ std::string option_page(const CommandHelp& command, const std::string& name);
 std::string options_page(const CommandHelp& root);
 std::string channels_page();
 
-// Returns the man page of a command, in the format of man(7). Each subcommand of the root has its
-// own page. A subcommand of such a command has a section in the command's page.
+// Returns the man page of a command, in the format of man(7). Each command of the root has its own
+// page, which describes the command's subcommands in sections.
 std::string manual_page(const CommandHelp& command);
 // Returns "emberline-render.1".
 std::string manual_name(const CommandHelp& command);

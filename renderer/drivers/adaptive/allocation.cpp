@@ -16,7 +16,7 @@ float scaled_count(float rate, float minimum, float maximum, float k) {
   return std::min(std::max(minimum, k * rate), std::max(minimum, maximum));
 }
 
-// Extremes and sums of the rates and bounds. They limit K.
+// Extremes and sums of the rates and bounds, from which the limits of K are computed.
 struct Extent {
   float max_rate = 0.0f, min_rate = std::numeric_limits<float>::max(), max_count = 0.0f;
   double rates = 0.0;
@@ -93,8 +93,8 @@ float find_scale(std::span<const float> rates, std::span<const SampleBounds> bou
   const Extent extent = extent_of(rates, bounds);
   if (!(extent.max_rate > 0.0f) || total <= extent.minimum) return 0.0f;
   const double max_count = std::max(1e-3, double(extent.max_count));
-  // A K so large that even the pixel with the smallest rate reaches its maximum. It is less if the
-  // range of float does not suffice.
+  // With this K, even the pixel with the smallest rate reaches its maximum. It is limited to the
+  // range of float.
   double high = std::min(2.0 * max_count / double(extent.min_rate), 0x1p126);
   if (total >= extent.maximum) return float(high);
   double low = 0x1p-24 * max_count / double(extent.max_rate);

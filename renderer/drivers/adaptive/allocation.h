@@ -29,17 +29,17 @@ void allocate_samples(std::span<const float> rates, std::span<const SampleBounds
 
 // Like allocate_samples(), but K x rate_i is rounded to a power of two or 1.5 times a power of two,
 // with a preference for powers of two. K is about the largest value for which the counts add up to
-// at most `total`. So every pixel takes its next step at about the same expected gain per sample. A
-// step from n to m samples gains variance / (n m) per sample.
+// at most `total`. A step from n to m samples reduces the squared error by variance / (n m) per
+// sample. All pixels take their next step at about the same value of this gain.
 void allocate_steps(std::span<const float> rates, std::span<const SampleBounds> bounds,
                     double total, std::vector<float>* counts);
 
-// Returns the number of which counts near `wanted` must be multiples. It is at least 8, one block
-// of the sampler: pairs of dimensions are stratified in blocks of 8 samples, and streams alternate
-// every 8. For large counts it is a quarter of the largest power of two that is at most `wanted`,
-// because a Sobol' sequence is better stratified at 12, 14 or 16 times a power of two than in
-// between (tests/bench/results). With `halves` it is half of that power, since halves are compared
-// only at such counts.
+// Returns the step for rounding a count near `wanted`: the count must be a multiple of it. The step
+// is at least 8, one block of the sampler: pairs of dimensions are stratified in blocks of 8
+// samples, and streams alternate every 8. For large counts it is a quarter of the largest power of
+// two that is at most `wanted`, because a Sobol' sequence is better stratified at 12, 14 or 16
+// times a power of two than in between (tests/bench/results). With `halves` it is half of that
+// power of two, since halves are compared only at multiples of that.
 inline uint32_t count_multiple(float wanted, bool halves) {
   const uint32_t steps = halves ? 2 : 4;
   return std::max(8u, std::bit_floor(uint32_t(std::min(wanted, 16777216.0f))) / steps);

@@ -11,10 +11,10 @@
 //
 // Thresholds: for grey noise, and a display curve like the square root, the mean of e_p is 2
 // sqrt(3) sqrt(2 / pi) = 2.76 times the standard deviation of the pixel's mean in display units.
-// The error here is e_b over 2.76 sqrt(16 / |image|), so eps = 2.76 T sqrt(16 / |image|). Here T is
-// the value of --noise-threshold. It asks for a standard deviation of about T in the smallest
-// blocks, which have 16 pixels, and of sqrt(16 / |b|) T in larger blocks. Without a threshold,
-// blocks are split to the smallest size, so that the map shows where the noise is.
+// The error map holds e_b / (2.76 sqrt(16 / |image|)), so a --noise-threshold of T means eps = 2.76
+// T sqrt(16 / |image|). T thus demands a standard deviation of about T in the smallest blocks,
+// which have 16 pixels, and of sqrt(16 / |b|) T in larger blocks. Without a threshold, blocks are
+// split to the smallest size, so that the map shows where the noise is.
 //
 // Known faults of the method: a crop whose error is above 256 T is sampled evenly throughout. A
 // block's mean hides a few bad pixels among good ones. Light brighter than the display's white
@@ -25,7 +25,7 @@
 
 namespace emberline {
 
-inline constexpr uint32_t kDammertzBatch = 16;  // our choice: one block of each stream
+inline constexpr uint32_t kDammertzBatch = 16;  // our choice: 8 samples of each stream
 inline constexpr int kDammertzLeafPixels = 16;  // blocks of this size or smaller are not split
 inline constexpr float kDammertzSplitLimit = 256.0f;  // times the threshold
 

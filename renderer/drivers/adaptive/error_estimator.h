@@ -23,9 +23,9 @@ struct ErrorMap {
   // the estimator's header says so.
   std::vector<float> error;
   // Standard deviation of one sample in the allocation's metric, as the root mean square over the
-  // channels. The planner uses it to distribute the next samples. It is empty for the historical
-  // estimators, which only tell which pixels are unfinished; the unfinished pixels then get equal
-  // numbers of samples.
+  // channels. The planner uses it to distribute the next samples. It is empty for estimators with a
+  // batch (EstimatorEntry::batch). These only tell which pixels are unfinished, and all unfinished
+  // pixels get the same number of samples.
   std::vector<float> deviation;
 };
 

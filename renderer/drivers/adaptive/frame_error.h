@@ -20,15 +20,16 @@ inline float sample_variance(float count, float second_count, float difference, 
 }
 
 // Returns the expected RMS error of the displayed crop (sRGB, [0, 1]) over pixels and channels.
-// Each pixel's part is estimated from the pixel's own two streams and weighted for display at the
-// pixel's own mean. One pixel's difference is unreliable, but the mean of thousands of squares is
-// reliable. Decisions about single pixels need pooling over neighbours, but this sum does not.
-// Pooling would weight noise beside a highlight by the steep display curve of the shadow next to
-// it, and would treat pixels next to a lamp as clipped. Without a second stream, samples are
-// treated as independent. Includes `missed`, the result of missed_light_error(). The result is
-// finite, and the same for any number of threads.
+// Each pixel's squared error is estimated from the difference of the pixel's own two streams, and
+// weighted for display (display_error_weight()) at the pixel's own mean. A single difference is
+// unreliable, but the mean of thousands of squared differences is reliable. So this estimate needs
+// no pooling over neighbours, which decisions about single pixels need. Pooling would weight noise
+// beside a highlight by the steep display curve of the shadow next to it, and would treat pixels
+// next to a lamp as clipped. Without a second stream, samples are treated as independent. Includes
+// `missed`, the result of missed_light_error(). The result is finite, and the same for any number
+// of threads.
 double frame_error(const PixelStatistics& pixels, double missed = 0.0);
-// Returns the same error for averages over rounds, from RoundAverages::variance().
+// Returns the same error if the picture shows averages over rounds. Uses RoundAverages::variance().
 double frame_error(const RoundAverages& averages, size_t pixels, double missed = 0.0);
 
 }  // namespace emberline

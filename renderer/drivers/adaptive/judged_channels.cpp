@@ -25,7 +25,7 @@ namespace emberline {
 namespace {
 
 constexpr std::string_view kPicture = "RGB", kAlpha = "A", kLights = "light.*";
-constexpr size_t kMaxValues = 4;  // of a row
+constexpr size_t kMaxValues = 4;  // of a channel row
 constexpr float kMinThreshold = 1e-6f, kMaxThreshold = 1e6f;
 constexpr float kMaxVariance = 1e18f;
 constexpr size_t kGrain = 4096;
@@ -63,7 +63,7 @@ std::vector<std::string_view> valid_names() {
   return names;
 }
 
-// Pools `in`, a plane of width x height values, into `out`.
+// Pools `in`, a plane of width x height values, into `out` (pooling.h). `across` is a buffer.
 void pool_plane(std::span<const float> in, size_t width, size_t height, std::vector<float>* across,
                 std::vector<float>* out) {
   constexpr size_t kRows = 16;
@@ -198,8 +198,8 @@ void JudgedChannels::read_means(const FilmTile& film, size_t i, float* means) co
   for (const Values& values : values_) read_values(film, values, i, means + values.first);
 }
 
-// Writes for each pixel the squared error of one sample, pooled over neighbours. It is -1 where
-// neither the pixel nor a neighbour has two parts.
+// Writes for each pixel the squared error of one sample in the channel's error scale, pooled over
+// neighbours. It is -1 where neither the pixel nor a neighbour has two parts.
 void JudgedChannels::measure(const FilmTile& film, const PixelStatistics& pixels,
                              const SampleHalves& halves, const Values& values,
                              std::vector<float>* variances) const {
@@ -212,7 +212,7 @@ void JudgedChannels::measure(const FilmTile& film, const PixelStatistics& pixels
     for (size_t i = begin; i < end; ++i) {
       if (!(weights[i] > 0.0f)) continue;
       read_values(film, values, i, mean.data());
-      // If only one of the two parts has a value, the difference says nothing.
+      // If one of the two parts has no value (kNoMean), the difference says nothing.
       constexpr float kMaxDifference = 1e30f;
       if (std::abs(halves.differences(values.first)[i]) > kMaxDifference) continue;
       float sum = 0.0f;
@@ -221,9 +221,10 @@ void JudgedChannels::measure(const FilmTile& film, const PixelStatistics& pixels
         const float deviation = std::sqrt(variance / std::max(1.0f, pixels.count[i]));
         sum += error_weight(scale, mean[c], deviation) * variance;
       }
-      // At silhouettes, a value of few samples is uncertain, but weighs little in the picture.
+      // At silhouettes, often only a few of a pixel's samples have a value. Its mean is then
+      // uncertain, but weighs little in the picture.
       sum *= square(float(film.share_of_samples(*values.row, i)));
-      // Infinite or undefined sums count as the largest variance.
+      // Infinite and NaN sums count as the largest variance.
       own[i] = sum <= kMaxVariance ? sum / float(values.count) : kMaxVariance;
       has_own[i] = 1.0f;
     }
@@ -239,7 +240,7 @@ void JudgedChannels::measure(const FilmTile& film, const PixelStatistics& pixels
   });
 }
 
-// Leaves no error if R G B are not judged.
+// Scales the errors and deviations of R G B, or sets them to 0 if R G B are not judged.
 void JudgedChannels::scale_picture(ErrorMap* errors) {
   if (judges_picture_ && recorded_ < errors->error.size()) {
     recorded_errors_[picture_] = errors->error[recorded_];
@@ -249,7 +250,7 @@ void JudgedChannels::scale_picture(ErrorMap* errors) {
   for (float& deviation : errors->deviation) deviation *= scale;
 }
 
-// Adds the errors of one channel, or of one light group, to those of the others.
+// Merges the errors and deviations of one channel, or of one light group, into `errors`.
 void JudgedChannels::add_errors(const Values& values, const PixelStatistics& pixels,
                                 std::span<const float> variances, std::span<uint8_t> furthest,
                                 ErrorMap* errors) {

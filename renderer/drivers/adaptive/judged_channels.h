@@ -1,4 +1,5 @@
-// The channels whose errors decide about samples (`judge`), and the estimate of these errors.
+// The channels whose errors decide how many samples a pixel gets (setting `judge`), and the
+// estimate of these errors.
 //
 // The picture's R G B have their own estimator (error_estimator.h). The variance of each other
 // channel is estimated from the difference between the two parts of the pixel's samples
@@ -28,43 +29,46 @@ struct PixelStatistics;
 std::vector<JudgedChannel> parse_judged(std::string_view list);
 // Returns a list that parse_judged() accepts.
 std::string judged_list(std::span<const JudgedChannel> channels);
-// Returns the memory that the channels take in addition to R G B, in a film with these light
-// groups.
+// Returns the bytes per pixel that the channels take in addition to R G B, in a film with this
+// number of light groups.
 uint64_t judged_bytes_per_pixel(std::span<const JudgedChannel> channels, int light_groups);
 
-// Judges the pixels of one film by several channels. A pixel's error is the error of the channel
-// that is furthest above its threshold, scaled such that it can be compared with the frame's
-// threshold. A squared deviation is the sum over the channels, each scaled likewise.
+// Judges the pixels of one film by several channels. Errors of a channel are multiplied by the
+// frame's threshold over the channel's threshold, so that they can be compared with the frame's
+// threshold. A pixel's error is the largest of its channels' scaled errors. Its squared deviation
+// is the sum of their squared deviations, with the same scales.
 class JudgedChannels {
  public:
-  // An empty list means R G B. `threshold` is the frame's, or 0.
+  // An empty list means R G B. `threshold` is the frame's threshold; 0: none.
   JudgedChannels(std::vector<JudgedChannel> channels, float threshold, int light_groups);
 
   size_t size() const { return channels_.size(); }
   const JudgedChannel& operator[](size_t channel) const { return channels_[channel]; }
   float threshold(size_t channel) const;  // 0: none
-  // Whether only R G B are judged, by the frame's threshold, so that update() is not needed.
+  // Returns whether only R G B are judged, and by the frame's threshold. update() is then not
+  // needed.
   bool is_default() const {
     return values_.empty() && judges_picture_ && relative_scale(picture_) == 1.0f;
   }
 
-  // The number of values of a pixel besides R G B, and their means over the pixel's samples, or
-  // kNoMean where no sample has a value.
+  // value_count() is the number of judged values of a pixel, without R G B. read_means() writes the
+  // mean of each of these values over the pixel's samples, or kNoMean if no sample has the value.
   size_t value_count() const { return value_count_; }
   void read_means(const FilmTile& film, size_t i, float* means) const;
 
   // Replaces the errors of R G B in `errors` by those of all judged channels. `halves` must have
-  // the values of read_means(). Results are finite and not negative.
+  // been updated with read_means(). Results are finite and not negative.
   void update(const FilmTile& film, const PixelStatistics& pixels, const SampleHalves& halves,
               ErrorMap* errors);
-  // The channels' errors in this pixel are kept by the following updates.
+  // From now on, update() stores each channel's error in this pixel for recorded_errors().
   void record(size_t pixel) {
     if (pixel != recorded_) recorded_errors_.clear();
     recorded_ = pixel;
   }
-  // One error per channel, in the channel's own scale. Empty before the first update.
+  // The recorded pixel's errors, one per channel, in the channel's own scale. Empty before the
+  // first update.
   std::span<const float> recorded_errors() const { return recorded_errors_; }
-  // The channel with the largest of these errors in comparison with its threshold.
+  // The index of the channel whose recorded error is the largest in relation to its threshold.
   uint32_t recorded_channel() const { return recorded_channel_; }
 
   // Returns the index of the channel that was furthest above its threshold when the pixel was last
@@ -73,7 +77,7 @@ class JudgedChannels {
 
   void archive(Archive& archive, size_t pixels);
   uint64_t bytes() const { return last_.capacity(); }
-  // The most that update() needs in addition, per pixel.
+  // The most bytes per pixel that update() needs in addition to judged_bytes_per_pixel().
   static constexpr uint64_t kUpdateBytes = 5 * sizeof(float) + 2;
 
  private:
@@ -83,8 +87,8 @@ class JudgedChannels {
     uint8_t channel;
     const ChannelRow* row;
     int light_group;      // -1: the row's own values
-    size_t first, count;  // among the values besides R G B
-    size_t skipped;       // values of the row before these
+    size_t first, count;  // a range of the values that read_means() writes
+    size_t skipped;       // number of the row's values before the first of these
   };
   void add_values(uint8_t channel, int light_groups);
   void read_values(const FilmTile& film, const Values& values, size_t i, float* out) const;

@@ -23,7 +23,7 @@ namespace emberline {
 // independent streams. The streams have `first` and `second` samples, each at least 1.
 float half_difference_variance(float difference, float first, float second);
 
-// Our choice: a whole block of each stream. As far as we know, the paper gives no number.
+// Our choice: one block of 8 samples of each stream. As far as we know, the paper gives no number.
 inline constexpr uint32_t kKajiyaBatch = 16;
 
 void estimate_kajiya(const PixelStatistics& pixels, const EstimatorSettings& settings,

@@ -15,7 +15,7 @@
 namespace emberline {
 namespace {
 
-// These two were chosen on 23 scenes (tests/bench/results/adaptive.md).
+// kMaxRatio and kChanceScale were chosen on 23 scenes (tests/bench/results/adaptive.md).
 constexpr float kMaxRatio = 2.5f;  // of a difference of means to its standard error
 constexpr float kChanceScale = 0.45f;
 constexpr size_t kRadius = kPoolRadius, kSide = 2 * kRadius + 1;
@@ -25,8 +25,8 @@ constexpr size_t kLanes = 64;  // pixels that are computed together, so that loo
 float sanitize(float x, float limit) { return x > 0.0f ? std::min(x, limit) : 0.0f; }
 constexpr float kMaxMean = 1e9f, kMaxVariance = 1e18f;
 
-// A row of pixels, padded with pixels without samples: kRadius before the row; after it, to a
-// multiple of kLanes and kRadius more. The planes of three are R, G, B.
+// A row of pixels, padded with pixels without samples: kRadius pixels before the row; after the
+// row, as many as reach a multiple of kLanes, and kRadius more. Arrays of three planes are R, G, B.
 class PixelRow {
  public:
   explicit PixelRow(size_t width) : width_(width) {
@@ -54,7 +54,7 @@ class PixelRow {
       }
     }
   }
-  // Arrays of kLanes values, from the pixel at column x + dx - kRadius on.
+  // Each function returns kLanes values, beginning with the pixel at column x + dx - kRadius.
   const float* count(size_t x, size_t dx) const { return &count_[x + dx]; }
   const float* mean(size_t c, size_t x, size_t dx) const { return &mean_[c][x + dx]; }
   const float* squared_error(size_t c, size_t x, size_t dx) const {
@@ -105,13 +105,15 @@ void add_neighbours(const PixelRow& own, const PixelRow& other, size_t x, size_t
 
 // Returns the squared display error of a pixel that is darker than its neighbours, and 0 for a
 // pixel without samples. Let p be the probability that a sample finds the light that the neighbours
-// have found, and d the amount by which this light brightens the mean. The light then adds d / p to
-// a sample that finds it and d^2 / p to a sample's variance; n samples all miss it with probability
-// exp(-n p). p is derived from d^2 and the neighbours' variance. For d^2, the mean square of the
-// neighbours' differences is used where it is larger than the square of their mean. As pixels that
-// found rare light by luck then lead to too large a p, p is multiplied by kChanceScale. A
-// difference of up to the standard error of the pixel's own mean does not count, because the
-// pixel's samples show that error. (1 - x / 8)^8 approximates exp(-x).
+// have found, and d the amount by which this light brightens the mean. The light adds d / p to a
+// sample that finds it, and d^2 / p to the variance of a sample. So p is d^2 over the neighbours'
+// variance. All n samples miss the light with probability exp(-n p); (1 - x / 8)^8 approximates
+// exp(-x).
+//
+// d is estimated as the excess of the neighbours' mean over the pixel's mean plus its standard
+// error, because the pixel's samples already show that error. To compute p, d^2 is replaced by the
+// mean squared difference between the neighbours and the pixel if this is larger. Neighbours that
+// found rare light by luck then make p too large, so p is multiplied by kChanceScale.
 float missed_error(float count, float mean, float squared_error, float neighbours,
                    float neighbours_square, float variance) {
   const float explained = mean + std::sqrt(squared_error);
@@ -128,7 +130,8 @@ float pool_weight(size_t offset) {
   return kPoolKernel[offset < kRadius ? kRadius - offset : offset - kRadius];
 }
 
-// `rows` are the rows around the pixels' own, which is in the middle; null outside the crop.
+// `rows` has the row of the block's pixels in the middle, and its neighbouring rows around it. Rows
+// outside the crop are null.
 float missed_error_of_block(const std::array<const PixelRow*, kSide>& rows, size_t x) {
   const PixelRow& own = *rows[kRadius];
   Sums sums;

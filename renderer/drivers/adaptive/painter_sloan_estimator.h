@@ -1,7 +1,7 @@
 // `painter-sloan`: the confidence test of Painter & Sloan 1989, "Antialiased Ray Tracing by
 // Adaptive Progressive Refinement", Computer Graphics 23(3) (SIGGRAPH 89), at pixel level. The
-// paper's tree above the pixel level is part of the driver. Inside a pixel all samples have equal
-// weights, so the paper's area weights are not needed.
+// paper's tree above the pixel level is part of the driver (refinement_tree.h). Inside a pixel all
+// samples have equal weights, so the paper's area weights are not needed.
 //
 // The error is half the width of the 95 % confidence interval of the pixel's mean in display units,
 // t_.975(n - 1) sqrt(variance / n), as the root mean square over the channels. This is 2.4 times

@@ -14,14 +14,13 @@ namespace emberline {
 // finite.
 inline constexpr float kUnknownError = 1e6f;
 
-// Limits an error to the map's range. Non-finite statistics lead to NaN, which becomes
+// Clamps an error to [0, kUnknownError]. NaN, which comes from non-finite statistics, becomes
 // kUnknownError.
 inline float map_error(float error) {
   return error <= kUnknownError ? std::max(error, 0.0f) : kUnknownError;
 }
 
-// Sets the map's error of each pixel i to pixel_error(i), in parallel. Leaves the map without
-// deviations.
+// Sets the error of each pixel i to pixel_error(i), in parallel, and clears the deviations.
 template <typename PixelError>
 void fill_errors(const PixelStatistics& pixels, const PixelError& pixel_error, ErrorMap* out) {
   constexpr size_t kGrain = 4096;
@@ -32,11 +31,11 @@ void fill_errors(const PixelStatistics& pixels, const PixelError& pixel_error, E
   });
 }
 
-// Sets the map's error of each pixel i to finish(i, e), in parallel. Leaves the map without
-// deviations. e is the standard deviation of the pixel's mean in display units (display_error.h),
-// as the root mean square over the channels. variance_of_mean(c, i) must return the variance of
-// pixel i's mean in channel c, in squared linear radiance. It is called for every pixel, even one
-// without samples. The loop vectorises if variance_of_mean() has no branch.
+// Sets the error of each pixel i to finish(i, e), in parallel, and clears the deviations. Here e is
+// the standard deviation of the pixel's mean in display units (display_error.h), as the root mean
+// square over the channels. variance_of_mean(c, i) must return the variance of pixel i's mean in
+// channel c, in squared linear radiance. It is called for every pixel, even one without samples.
+// The loop vectorises if variance_of_mean() has no branch.
 template <typename VarianceOfMean, typename Finish>
 void fill_display_errors(const PixelStatistics& pixels, const VarianceOfMean& variance_of_mean,
                          const Finish& finish, ErrorMap* out) {

@@ -17,7 +17,7 @@ std::string error_text(float error) {
 // Whether an explanation must say which channel an error belongs to.
 bool names_channels(const JudgedChannels* judged) { return judged && judged->size() > 1; }
 
-// Converts an error that is compared with the frame's threshold to the scale of the channel.
+// Converts an error from the scale of the frame's threshold to the channel's own scale.
 std::string judged_error_text(const PixelHistory& history, float error, uint32_t channel) {
   if (!names_channels(history.judged)) return error_text(error);
   const bool limited = history.threshold > 0.0f && error < kUnknownError;

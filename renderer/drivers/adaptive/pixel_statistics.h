@@ -24,9 +24,9 @@ struct PixelStatistics {
   // Number of samples in the second of two streams (samplers/sampler.h); all 0 with one stream.
   std::vector<float> second_count;
   std::array<std::vector<float>, 3> mean;  // mean of all samples
-  // Difference of the two streams' means; 0 if either stream has no samples. The expected square of
-  // the difference is the variance of a sample times (1/n_A + 1/n_B), however correlated the
-  // samples within a stream are.
+  // Difference of the two streams' means; 0 if either stream has no samples. Its expected square is
+  // V (1/n_A + 1/n_B), where V / n is the variance of the mean of n samples. V includes the effect
+  // of correlation between the samples of a stream.
   std::array<std::vector<float>, 3> stream_difference;
   // Variance of a sample as if samples were independent: (sum of squares - n mean^2) / (n - 1), or
   // 0 for n < 2. If samples are stratified, the variance of their mean is less than this value
@@ -44,9 +44,9 @@ struct PixelStatistics {
 // takes time.
 void resize_planes(std::span<std::vector<float>* const> planes, size_t pixels);
 
-// Returns the epsilon in relMSE = (x - r)^2 / (r^2 + epsilon). As in `compare`, it is a hundredth
-// of the squared mean over pixels and channels. It is at least 1e-6, so it is not 0 for a black
-// picture.
+// Returns the epsilon in relMSE = (x - r)^2 / (r^2 + epsilon). As in the command `compare`, it is a
+// hundredth of the squared mean over pixels and channels, and at least 1e-6 so that a black picture
+// does not make it 0.
 float rel_mse_epsilon(const PixelStatistics& pixels);
 
 // Computes the statistics of the film in parallel. The film must have squares and rays

@@ -1,5 +1,6 @@
-// Pools planes over the neighbours of each pixel: 5 x 5 pixels, with a Gaussian of sigma 1.2
-// pixels.
+// Pooling over neighbours: for each pixel, a weighted sum over the 5 x 5 pixels around it. The
+// weights are a Gaussian of sigma 1.2 pixels. They are separable, so rows are pooled across first
+// and then down.
 #pragma once
 
 #include <array>

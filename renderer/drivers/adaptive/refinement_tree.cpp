@@ -21,12 +21,12 @@ constexpr int kMaxSide = 65536;                         // limited by Refinement
 constexpr int64_t kMaxPixels = (int64_t(1) << 31) - 1;  // each pixel takes two node ids
 
 // A round splits the most urgent leaves that together hold the fraction kRoundPriority of the total
-// priority. These are few leaves while contrast is concentrated, so that the next round can react,
-// and many if all leaves look alike. Their number is at least 1 / kMinRoundDivisor and at most 1 /
-// kMaxRoundDivisor of the leaves that can be split, so that a sample costs at most 16 evaluations
-// of leaves. It is also at least kMinRoundSize and at least 1 / kMinRoundDivisorOfAll of all
-// samples, even if that is above the upper limit, so that the last rounds are not many small ones.
-// tests/bench/results shows how other values affect error and speed.
+// priority. While contrast is concentrated, these are few leaves, so that the next round can react
+// soon. If all leaves look alike, these are many. Their number is at least 1 / kMinRoundDivisor and
+// at most 1 / kMaxRoundDivisor of the leaves that can be split, so that a sample costs at most 16
+// evaluations of leaves. It is also at least kMinRoundSize and at least 1 / kMinRoundDivisorOfAll
+// of all samples, even if that is above the upper limit, so that the last rounds are not many small
+// ones. tests/bench/results shows how other values affect error and speed.
 constexpr double kRoundPriority = 0.25;
 constexpr size_t kMinRoundDivisor = 16, kMaxRoundDivisor = 4, kMinRoundDivisorOfAll = 64;
 constexpr size_t kMinRoundSize = 64;
@@ -57,8 +57,8 @@ Color4 to_color4(auto shade) {
   return __builtin_convertvector(__builtin_convertvector(shade, Int4), Color4);
 }
 
-// Combines the variances of the four components of shades. Returns the mean of the luminance's
-// variance and the largest channel variance.
+// Takes the variances of a shade's four components. Returns the mean of the luminance's variance
+// and the largest channel variance, in display units.
 float combine_variances(Color4 variance) {
   const float channels = std::max(variance[0], std::max(variance[1], variance[2]));
   return 0.5f * (variance[3] + channels) * square(1.0f / 65535);

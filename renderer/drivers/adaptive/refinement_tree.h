@@ -27,10 +27,10 @@
 // own round. The paper also updates v_int with means that are propagated up the tree. Since there
 // is v_ext, this would improve little (tests/bench/results).
 //
-// Display values. Radiance x exposure, however large, is mapped to [0, 1] by x / (1 + x) (Reinhard,
-// Stark, Shirley & Ferwerda 2002) and then by a square root, which approximates perception. Each
-// variance is the mean of two variances: that of the luminance, and that of the channel that varies
-// most.
+// Display values. Let x be radiance times exposure, which may be arbitrarily large. It is mapped to
+// [0, 1] by x / (1 + x) (Reinhard, Stark, Shirley & Ferwerda 2002) and then by a square root, which
+// approximates perception. Each variance is the mean of two variances: that of the luminance, and
+// that of the channel that varies most.
 //
 // The tree is a pure function of crop, settings, limits and values, independent of threads and
 // time. It computes contrasts on the calling thread's TBB arena. Only one thread at a time may call
@@ -132,8 +132,8 @@ class RefinementTree {
   // Returns the number of leaves with 2^k .. 2^(k+1) - 1 pixels, for k = 0, 1, ...
   std::vector<size_t> leaves_by_area() const;
 
-  // node_bytes() is at most 16 bytes plus 36 bytes per node; once the tree is finished, a node
-  // takes only 22 bytes. There are 2 sample_count() - 1 nodes. map_bytes() is 4 bytes per pixel.
+  // node_bytes() is at most 16 bytes plus 36 bytes for each of the 2 sample_count() - 1 nodes. Once
+  // the tree is finished, a node takes only 22 bytes. map_bytes() is 4 bytes per pixel.
   size_t node_bytes() const;
   size_t map_bytes() const { return leaf_of_pixel_.capacity() * sizeof(uint32_t); }
 
@@ -141,8 +141,8 @@ class RefinementTree {
   struct PixelOffset {
     uint16_t x, y;
   };
-  // A rectangle given by its first and last column and row, relative to the crop. It holds the last
-  // column, and not the column after that, so that 65536 columns fit into 16 bits.
+  // A rectangle given by its first and last column and row, relative to the crop. The last column
+  // is included in the cell, so that 65536 columns fit into 16 bits.
   struct Cell {
     uint16_t x0, y0, x_last, y_last;
     int width() const { return x_last - x0 + 1; }
@@ -181,8 +181,8 @@ class RefinementTree {
   size_t index(int x, int y) const {
     return size_t(y - crop_.y0) * size_t(crop_.width()) + size_t(x - crop_.x0);
   }
-  // Open leaves in buckets of ascending priority. For each bucket, this holds the number of its
-  // leaves and the sum of their priorities.
+  // A histogram of the open leaves' priorities, in ascending order: for each bucket, the number of
+  // its leaves and the sum of their priorities.
   static constexpr size_t kPriorityBuckets = 2048;
   struct PriorityBuckets {
     std::array<uint32_t, kPriorityBuckets> count = {};

@@ -1,11 +1,11 @@
 // Means over rounds that are not biased by adaptive sampling.
 //
-// A pixel's number of samples in a round is known before the round, so the mean of these samples
-// has the right expectation, whatever decided their number. A mean over rounds also has the right
-// expectation if the weights of the rounds are fixed beforehand. The plain mean of all samples
-// weights rounds by the pixel's counts, so its expectation is wrong: pixels whose samples happen to
-// agree stop early (Kirk & Arvo 1991, "Unbiased Sampling Techniques for Image Synthesis"). The
-// price of fixed weights is more noise where a pixel's counts differ much from the weights.
+// A pixel's number of samples in a round is fixed before the round, so the mean of the round's
+// samples is unbiased, whatever decided their number. A mean over rounds is also unbiased if the
+// weights of the rounds are fixed beforehand. The plain mean of all samples weights each round by
+// the pixel's sample count in it, so it is biased: pixels whose samples happen to agree stop early
+// (Kirk & Arvo 1991, "Unbiased Sampling Techniques for Image Synthesis"). The price of fixed
+// weights is more noise where a pixel's counts differ much from the weights.
 #pragma once
 
 #include <array>
@@ -29,10 +29,10 @@ class RoundAverages {
   void resolve(size_t i, float* rgba) const;
   double mean(size_t i, size_t c) const { return pixels_[i].average[c] / weight_; }
   // Estimated variance of mean(i, c), computed from the difference between each round's mean and
-  // the average over all earlier rounds. Rounds are independent, so the estimate has the right
-  // expectation, however a round's samples are stratified. For one pixel the estimate is
-  // unreliable, but its mean over many pixels is reliable. After a single round, the variance is
-  // estimated from two streams if there are two, otherwise as if samples were independent.
+  // the average over all earlier rounds. Rounds are independent, so the estimate is unbiased,
+  // however the samples of a round are stratified. For one pixel the estimate is unreliable, but
+  // its mean over many pixels is reliable. After a single round, the variance is estimated from two
+  // streams if there are two, otherwise as if samples were independent.
   double variance(size_t i, size_t c) const { return pixels_[i].variance[c]; }
   void archive(Archive& archive, const FilmTile& film);
   uint64_t bytes() const { return pixels_.capacity() * sizeof(Pixel); }

@@ -10,9 +10,9 @@
 
 namespace emberline {
 
-// Returns the indices of a crop's pixels (rows from its top) in the order of a round. Tiles of 16 x
-// 16 pixels follow row by row, as do the pixels within a tile, so that neighbours in the list are
-// neighbours in the frame.
+// Returns the order in which a round visits the pixels of a crop, as indices of pixels in rows from
+// the crop's top. The crop is visited tile by tile (16 x 16 pixels), so that neighbours in the list
+// are neighbours in the frame. Tiles are in row-by-row order, and so are the pixels within a tile.
 std::vector<uint32_t> tile_order(const Rect& crop);
 
 // Cuts a round's list of pixels into parts of about `samples` samples (at least one pixel each).

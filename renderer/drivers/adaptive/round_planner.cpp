@@ -23,25 +23,27 @@ namespace {
 // In one round a pixel's count grows to at most kMaxGrowth times the larger of its present count
 // and kMinTrusted, since the present samples may have been lucky.
 constexpr float kMaxGrowth = 4.0f, kMinTrusted = 4.0f;
-// The share of each round that goes to all pixels, so that overlooked light is found eventually.
+// The uniform share: this fraction of each round is spread evenly over all pixels, so that
+// overlooked light is found eventually.
 constexpr float kUniformFraction = 0.1f;
 // The smallest fraction of the budget that is worth a round.
 constexpr double kMinRoundFraction = 1.0 / 500;
-// Pixels get slightly more samples than the estimate says that they need to reach the threshold.
+// Factor on the estimated number of samples that a pixel needs to reach the threshold.
 constexpr float kThresholdMargin = 1.05f;
 
 // A few samples without any noise prove little: a point that is lit by a caustic, or through a gap,
 // is black until a path finds the light. So noise-free pixels get more samples until all such
-// pixels of a crop together have kNoiselessSamples, or a pixel has kNoiselessGrowth times the
-// pilot. With 95 % confidence, n samples find light that one path in n / 3 finds. For
+// pixels of a crop together have kNoiselessSamples, or until each has kNoiselessGrowth times the
+// pilot. With 95 % confidence, n samples find light that one path in n / 3 reaches. For
 // kNoiselessSamples, this is one path in 44 000.
 constexpr uint64_t kNoiselessSamples = 1 << 17;
 constexpr uint32_t kNoiselessGrowth = 64;
 // An error below this fraction of the threshold is rounding noise.
 constexpr float kNoiselessFraction = 1e-6f;
 
-// A planned count is at least this fraction of the mean count, since pixels that look free of noise
-// may have missed rare light, and at most this multiple of the samples on which the plan is based.
+// A planned count is at least 1 / kMinPlannedFraction of the mean count, since pixels that look
+// free of noise may have missed rare light. It is at most kMaxPlannedGrowth times the samples on
+// which the plan is based.
 constexpr uint32_t kMinPlannedFraction = 8;
 constexpr float kMaxPlannedGrowth = 16.0f;
 
@@ -61,7 +63,7 @@ uint32_t pilot_samples(const AdaptiveSettings& s, const EstimatorEntry& entry) {
   } else if (entry.batch == 0 && s.threshold <= 0.0f) {
     samples = std::clamp(s.budget / 8 / 8 * 8, kMinPilot, kMaxPilot);
   }
-  // With fewer samples, the second half would have no samples.
+  // With fewer samples, the film's second half would have no samples.
   if (s.two_halves) samples = std::max(samples, kMaxPilot);
   if (s.budget > 0) samples = std::min(samples, s.budget);
   if (s.max_samples > 0) samples = std::min(samples, s.max_samples);
@@ -137,7 +139,7 @@ uint32_t RoundPlanner::round_seed() const {
   return settings_.unbiased && round_ > 0 ? hash_combine(seed_, uint32_t(round_)) : seed_;
 }
 
-// Each step takes tens of milliseconds for a large frame.
+// For a large frame, each step takes tens of milliseconds, so `stop` is checked between steps.
 bool RoundPlanner::update(const FilmTile& film, const std::stop_token& stop) {
   gather_statistics(film, &statistics_);
   if (stop.stop_requested()) return false;
@@ -150,7 +152,8 @@ bool RoundPlanner::update(const FilmTile& film, const std::stop_token& stop) {
   if (!judged_.is_default()) judged_.update(film, statistics_, halves_, &errors_);
   if (stop.stop_requested()) return false;
   if (entry_.rms_error) {
-    // Estimators without deviations judge each pixel by its own samples, and so does their error.
+    // Estimators with batches judge each pixel only by its own samples, so their frame error leaves
+    // out light that the samples missed.
     const double missed = entry_.batch == 0 ? missed_light_error(statistics_) : 0.0;
     error_estimate_ = averaged() ? frame_error(*averages_, statistics_.size(), missed)
                                  : frame_error(statistics_, missed);
@@ -262,8 +265,8 @@ bool RoundPlanner::grow_pilot() {
   return true;
 }
 
-// Distributes the whole budget in the best way according to the present estimates, but then raises
-// each pixel's count only as far as its present samples can be trusted.
+// First distributes the whole budget optimally for the present estimates. Then limits the growth of
+// each pixel's count, because its present samples may be misleading.
 bool RoundPlanner::allocate_by_deviation() {
   const size_t pixels = targets_.size();
   bounds_.resize(pixels);
@@ -302,11 +305,11 @@ bool RoundPlanner::allocate_by_deviation() {
   return true;
 }
 
-// Must be called only if no pixel may get more samples. Some pixels show no noise, like their
-// neighbours, although their camera rays hit something. Doubles the samples of these pixels until,
-// in total, they have many samples. For example, a small bucket may be black after its pilot
-// because only one path in thousands finds the light. Unbiased rounds need samples of every pixel,
-// so all pixels double if one does.
+// Doubles the samples of pixels whose camera rays hit something but which, like their neighbours,
+// show no noise. Stops when these pixels have kNoiselessSamples in total. For example, a small
+// bucket may be black after its pilot because only one path in thousands finds the light. Unbiased
+// rounds need samples of every pixel, so all pixels double if one does. Must be called only if no
+// pixel may get more samples otherwise.
 bool RoundPlanner::resample_noise_free_pixels() {
   const size_t pixels = targets_.size();
   const auto noiseless = [&](size_t i) {
@@ -418,9 +421,9 @@ void RoundPlanner::round_to_counts(float uniform_samples) {
   const uint32_t min_increase = settings_.unbiased ? 1 : 0;
   const bool doubling = doubles_counts();
   set_targets([&](size_t i, uint32_t current, float wanted) {
-    // If counts double, not even the uniform share may raise a count beyond the next power of two.
-    // If one of the two compared parts were small, a bright sample in the other part would hardly
-    // show.
+    // If counts double, even the uniform share must not raise a count beyond the next power of two.
+    // Otherwise one of the two compared parts could be much smaller than the other, and a bright
+    // sample in the larger part would hardly show.
     const float cap = doubling ? std::min(maximum, next_power_of_two(float(current))) : maximum;
     const float share = std::min(std::max(wanted, float(current) + uniform_samples), cap);
     // The maximum need not be a multiple of the step, and random rounding might never reach it. So
@@ -544,13 +547,13 @@ std::optional<WorkForecast> RoundPlanner::predict() const {
   return WorkForecast{samples, work / done};
 }
 
-// In the first round, halves are not known yet.
+// In the first round, there are no halves to compare yet.
 std::optional<WorkForecast> RoundPlanner::forecast() const {
   return round_ < 2 ? std::nullopt : predict();
 }
 
-// The work for a budget is interpolated linearly between the present work and that for the budget
-// that would do if all samples had the same cost.
+// First predicts the work for the budget that would be right if all samples had the same cost. Then
+// interpolates linearly between the present work and the predicted work.
 void RoundPlanner::extend_work(double factor) {
   const double now = spent_ / double(targets_.size());
   const auto set_mean = [&](double mean) {

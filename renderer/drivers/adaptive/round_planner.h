@@ -27,7 +27,7 @@ class FilmTile;
 struct RoundRecord {
   int round = 0;
   uint32_t samples = 0;  // before the round
-  float error = 0.0f;    // from ErrorMap, like `deviation`
+  float error = 0.0f;    // error and deviation are from ErrorMap
   float deviation = 0.0f;
   float cost = 0.0f;    // of a sample, as in PixelStatistics
   uint32_t target = 0;  // samples after the round
@@ -58,9 +58,10 @@ class RoundPlanner {
   // `targets` samples, according to the last update. The gains are 0 before the first update.
   void expected_gains(std::span<const uint32_t> current, std::span<const uint32_t> targets,
                       std::vector<float>* gains) const;
-  // Returns the counts of a frame that begins anew, with these limits and no further decisions.
-  // They follow from the last update, and do not exceed 16 times the present counts. Returns an
-  // empty list before the first update, and for estimators that do not estimate deviations.
+  // Returns sample counts for a new frame that starts from the beginning, with these limits and
+  // fixed counts. They follow from the last update, and do not exceed 16 times the present counts.
+  // Returns an empty list before the first update, and for estimators that do not estimate
+  // deviations.
   std::vector<uint32_t> planned_counts(const AdaptiveSettings& limits) const;
   // Raises the budget so that the work of the whole frame is about `factor` times the work so far.
   // Call after plan() has returned false because the budget was spent.
@@ -84,12 +85,12 @@ class RoundPlanner {
   double error_estimate() const { return error_estimate_; }
   // Returns why the pixel would get no more samples if the frame ended now.
   PixelStop stop_of(size_t i) const;
-  // Used while the frame continues. Returns the limit that a pixel with `current` samples had met
-  // at the last update, or kUnfinished if it had met none. A pixel that met its limit may still get
+  // For a frame that continues: returns the limit that a pixel with `current` samples had met at
+  // the last update, or kUnfinished if it had met none. A pixel that met its limit may still get
   // samples that a round gives to all pixels.
   PixelStop current_stop(size_t i, uint32_t current) const;
   // With `unbiased`, returns the weight of the current round in a mean over rounds (RoundAverages).
-  // The weight depends only on the settings.
+  // The weight depends only on the settings, as RoundAverages requires.
   double round_weight() const { return round_weight_; }
   // Returns the seed of the current round's samples. With `unbiased`, each round has a new seed.
   uint32_t round_seed() const;
@@ -102,8 +103,8 @@ class RoundPlanner {
   void record(size_t pixel);
   size_t recorded() const { return recorded_; }
   std::span<const RoundRecord> records() const { return records_; }
-  // Must be called before a state whose pilot is done is loaded, since that pilot may be smaller
-  // than these settings require.
+  // Must be called before loading a state whose pilot is done, since the loaded pilot may be
+  // smaller than these settings require.
   void skip_pilot() { pilot_done_ = true; }
   // Saves or loads the state, except for values that the next update recomputes.
   void archive(Archive& archive);

@@ -16,16 +16,16 @@ namespace {
 // allocated almost no samples.
 constexpr float kSpreadWeight = 0.1f;
 
-// A pixel's own spread is ignored up to this many samples, since otherwise unlucky pixels would
-// stop. With a limit of 64, thin wires lose 2.1 % of their light at 64 samples; with a limit of 1,
-// they lose 3.6 %.
+// A pixel's own spread is ignored up to this many samples, since otherwise pixels whose samples
+// agree by chance would stop. With a limit of 64, thin wires lose 2.1 % of their light at 64
+// samples; with a limit of 1, they lose 3.6 %.
 constexpr float kFewSamples = 64.0f;
 // The neighbours' spread weighs as much as this many of the pixel's own samples beyond kFewSamples.
 constexpr float kPooledFreedom = 128.0f;
 
 // The pooled values: weighted sums, and the sums of their weights.
 enum Plane : int {
-  kWeight,          // weight of the means: 1
+  kWeight,          // weight of the means: 1, or 0 without samples
   kMean,            // R G B
   kFreedom = 4,     // degrees of freedom of the samples' spread
   kSpread,          // R G B
@@ -46,9 +46,8 @@ class PlaneRows {
   std::vector<float> values_;
 };
 
-// Computes rows pooled over the kernel's height from rows pooled over its width. The rows pooled
-// over the width are computed once and kept while the kernel covers them, so rows must be requested
-// from top to bottom.
+// Pools rows across, and then down (pooling.h). Keeps the rows that are pooled across while the
+// kernel covers them, so row() must be called for rows from top to bottom.
 class PooledRows {
  public:
   PooledRows(const PixelStatistics& pixels, int first)
@@ -101,8 +100,7 @@ class PooledRows {
         const float a = count[x] - second[x], b = second[x];
         return difference[x] * difference[x] * (a * b / std::max(1.0f, a + b));
       });
-      // Each pixel is weighted at its own mean, since the neighbours' mean may be clipped white, or
-      // so dark that the display curve is steep.
+      // Uses the display weight at the pixel's own mean (see the header).
       const float* mean = &pixels_.mean[size_t(c)][first];
       pool(kDisplayed + c, [&](int x) {
         const float n = std::max(1.0f, count[x]), b = second[x], a = n - b;

@@ -11,9 +11,9 @@
 // - for alpha_x: its square root, from alpha_y^(1/2) to 1.
 // Cubic (Lagrange) interpolation has an error of at most 1e-3 along the cosine and of at most 7e-4
 // along each of the other dimensions. It needs a thirtieth of the nodes that linear interpolation
-// would need. But a lookup reads one cache line for each neighbour. So after the build, the table
-// is refined along both alphas, which change less often than directions, and lookups interpolate
-// linearly along the alphas.
+// would need. But a lookup reads one cache line for each neighbour, and cubic interpolation has
+// twice as many neighbours per dimension. So after the build, the table is refined along both
+// alphas, which change less often than directions, and lookups interpolate linearly along them.
 
 #include <algorithm>
 #include <array>

@@ -20,7 +20,7 @@ class AnisotropicGgx {
  public:
   AnisotropicGgx() = default;
   // Requires alphas in [kMirrorAlpha, 1] and a unit wo with wo.z > 0 (with another wo, the object
-  // is unusable but harmless).
+  // can be constructed but not used).
   AnisotropicGgx(float alpha_x, float alpha_y, const Vec3f& wo)
       : wo_(wo),
         alpha_x_(alpha_x),
@@ -66,13 +66,14 @@ class AnisotropicGgx {
   float k_ = 0.0f;  // Eto & Tokuyoshi's bound on the cap
 };
 
-// The directional albedo of AnisotropicGgx, with the interface of SpecularAlbedo. It is the albedo
-// of an isotropic lobe, whose alpha is that at w's azimuth, plus a difference, which is looked up
-// in a table over (cosine, azimuth, alpha_y, alpha_x). If alpha_x = alpha_y, the difference is 0.
-// Errors were measured against quadrature at 20,000 points, including narrow lobes and grazing
-// angles. The error in E is at most 1.5e-3, and below 9e-4 at 99 % of the points. The error in B is
-// at most 1.7e-3, and below 6e-4 at 99 % of the points. The table (950 KiB) is built once, in 90
-// ms. The build is deterministic and thread-safe.
+// The directional albedo of AnisotropicGgx, with the interface of SpecularAlbedo. It is the sum of
+// two parts: the albedo of an isotropic lobe that has the alpha at the direction's azimuth, and a
+// difference from a table over (cosine, azimuth, alpha_y, alpha_x). If alpha_x = alpha_y, the
+// difference is 0. E and B are defined in specular_albedo.h. Errors were measured against
+// quadrature at 20,000 points, including narrow lobes and grazing angles. The error in E is at most
+// 1.5e-3, and below 9e-4 at 99 % of the points. The error in B is at most 1.7e-3, and below 6e-4 at
+// 99 % of the points. The table (950 KiB) is built once, in 90 ms. The build is deterministic and
+// thread-safe.
 class AnisotropicAlbedo {
  public:
   // Requires alpha_x >= alpha_y (in glTF, x is the stretched direction), both in [kMirrorAlpha, 1].
@@ -90,16 +91,16 @@ class AnisotropicAlbedo {
 
  private:
   struct Node {
-    float loss;  // difference of 1 - E
-    float rest;  // difference of B - (1 - mu)^5 E
+    float loss;  // difference in 1 - E
+    float rest;  // difference in B - (1 - mu)^5 E
   };
   struct Tables;
   static const Tables& tables();
   AnisotropicAlbedo(float alpha_x, float alpha_y, const Tables& tables);
 
   float alpha_x2_, alpha_y2_;
-  // roots_y_ holds alpha_y^p for p = 1, 1/2, 1/4, 1/8. sums_ is the product of alpha_x^p +
-  // alpha_y^p over the same p.
+  // roots_y_ holds alpha_y^p for p = 1, 1/2, 1/4, 1/8. sums_ is the product of (alpha_x^p +
+  // alpha_y^p) over these p.
   float roots_y_[4], sums_;
   const Node* nodes_;    // values at the first of 2 x 2 neighbouring pairs of alphas
   float narrow_, wide_;  // position between the pairs

@@ -36,8 +36,8 @@ namespace emberline {
 class GgxReflection {
  public:
   GgxReflection() = default;
-  // Requires alpha in [kMirrorAlpha, 1] and a unit wo with wo.z > 0 (with another wo, the object is
-  // unusable but harmless).
+  // Requires alpha in [kMirrorAlpha, 1] and a unit wo with wo.z > 0 (with another wo, the object
+  // can be constructed but not used).
   GgxReflection(float alpha, const Vec3f& wo) : wo_(wo), alpha_(alpha) {
     alpha2_ = square(alpha);
     inv_alpha2_ = 1.0f / alpha2_;

@@ -118,8 +118,8 @@ namespace {
   return e * std::bit_cast<float>((int(whole) + 127) << 23);
 }
 
-// A quadrature rule over incident cosines mu and over the azimuth, for the mean over the azimuth.
-// It substitutes mu = t^4, because the shadowing is steep at 0.
+// A quadrature rule over the incident cosine mu and the azimuth. It yields the mean over the
+// azimuth. For mu, it substitutes mu = t^4, because the shadowing is steep at 0.
 struct Quadrature {
   std::array<double, kCosines> mu, sine, weight;
   std::array<TablePosition, kCosines> column;

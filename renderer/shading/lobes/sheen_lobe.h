@@ -2,15 +2,16 @@
 // its fitted shadowing (Estevez & Kulla 2017, "Production Friendly Microfacet Sheen BRDF"). With
 // alpha = roughness^2:
 //   D = (2 + 1/alpha) sin(h)^(1/alpha) / 2 pi,   f = D / (4 mu_o mu_i (1 + L(mu_o) + L(mu_i))).
+// Here h is the half vector's angle to the normal, mu is a cosine, and L is the fitted shadowing.
 //
 // The published lobe gains energy: at cosines below 0.05, its albedo R(mu) reaches 1.19 at
 // roughness 0.2 and 2.9 at roughness 0.07. At every roughness, R grows without bound towards cosine
 // 0. So this class uses
 //   f' = f / max(1, R(mu_o), R(mu_i)).
-// The corner of the max is rounded: the max is smoothed where R differs from 1 by less than a
-// threshold. This threshold is 0.15 at roughnesses up to 0.15, and 0.045 at roughnesses from 0.285.
-// The lobe f' is reciprocal, has an albedo of at most 1, and equals f where f conserves energy
-// (everywhere above roughness 0.285). Cosines below kSheenMinCosine are raised to that value.
+// The corner of the max is rounded where R differs from 1 by less than a threshold. The threshold
+// is 0.15 up to roughness 0.15, and falls to 0.045 at roughness 0.285 and above. The lobe f' is
+// reciprocal, has an albedo of at most 1, and equals f where f conserves energy (everywhere above
+// roughness 0.285). Cosines below kSheenMinCosine are raised to that value.
 //
 // The cosine and the azimuth are sampled separately: the cosine with the density
 // (1 + s) / (1 + s mu)^2, the azimuth with a wrapped Cauchy distribution around the azimuth of wo.
@@ -29,7 +30,7 @@ namespace emberline {
 // cosines below 0.2, and its sample weights still vary little. At roughness 0, the sheen would be
 // invisible.
 inline constexpr float kSheenMinRoughness = 0.07f;
-// At this cosine, R(mu) has its last minimum before the fit diverges towards cosine 0.
+// At this cosine, R(mu) has its last minimum before R grows without bound towards cosine 0.
 inline constexpr float kSheenMinCosine = 1e-4f;
 
 struct SheenNode;

@@ -120,7 +120,8 @@ Rgb thin_film_reflectance(float cos_i, float film_ior, float thickness_nm, const
   const Color4 r13 = sqrt4(base);
   Color4 r23 = clamp_amplitude((r13 - r12) / fma(-r13, r12, splat4(1.0f)));
   if (max_abs(f0) > kDielectric) r23 = lower_amplitude_of_metals(r23, f0, film_ior, cos_t, path);
-  // Sum the orders m of bounces in the film: C0 + 2 sum of C q^m cos(m delta).
+  // Airy's sum over the orders m: C0 + 2 C (sum of q^m cos(m delta)), where C0 is all + reflect, C
+  // is all - pass, and delta is 2 pi path / lambda.
   const Color4 q = r23 * splat4(-r12);
   const Color4 r23_squared = r23 * r23;
   const Color4 all = r23_squared * (square(pass)) / fma(r23_squared, -reflect, splat4(1.0f));

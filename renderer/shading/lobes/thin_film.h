@@ -14,13 +14,13 @@
 //   negligible.
 // - The amplitude r23 of the lower interface is chosen such that a film without effect leaves the
 //   base unchanged. Let r be the base's amplitude in air (the square root of Schlick's
-//   reflectance), and r12 that of the film's upper face (exact Fresnel). Then
-//   r23 = (r - r12) / (1 - r r12), which inverts the formula for the sum of two amplitudes. At
-//   normal incidence, this r23 equals the extension's. At any angle, a film of thickness 0 or of
-//   index 1 leaves the base's Schlick reflectance exactly unchanged, and a film with the base's
-//   index leaves it nearly unchanged. So the film's index need not be faded out near thickness 0.
-//   But metals absorb, which makes the phase of r23 vary with the angle, and this real r23 is too
-//   small for them. Therefore the extension's Schlick reflectance gradually replaces r23^2 as
+//   reflectance), and r12 that of the film's upper face (exact Fresnel). The formula for the sum of
+//   two amplitudes, solved for r23, gives r23 = (r - r12) / (1 - r r12). At normal incidence, this
+//   r23 equals the extension's. At any angle, a film of thickness 0 or of index 1 leaves the base's
+//   Schlick reflectance exactly unchanged, and a film with the base's index leaves it nearly
+//   unchanged. So the film's index need not be faded out near thickness 0, as the extension's code
+//   does. For metals, this real r23 is too small: metals absorb, which makes the phase of r23 vary
+//   with the angle. Therefore the extension's Schlick reflectance gradually replaces r23^2 as
 //   base_f0 rises from 0.1 to 0.4 and as the path difference rises from 0 to a quarter of a
 //   wavelength.
 //

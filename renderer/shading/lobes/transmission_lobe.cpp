@@ -37,7 +37,7 @@ Rgb attenuation_coefficient(const Rgb& color, float distance) {
     const float coefficient =
         -std::log(c > 1e-6f ? std::min(c, 1.0f) : 1e-6f) / distance;  // also for NaN
     return std::min(coefficient,
-                    std::numeric_limits<float>::max());  // so that distance 0 blocks nothing
+                    std::numeric_limits<float>::max());  // infinity x distance 0 is NaN
   };
   return {channel(color.x), channel(color.y), channel(color.z)};
 }
@@ -80,7 +80,7 @@ TransmissionLobe::TransmissionLobe(const TransmissionParameters& p, const Vec3f&
 
 Rgb TransmissionLobe::reflectance(float cos_d) const {
   const float f = mirror_only_ ? 1.0f : fresnel_dielectric(cos_d, eta_);
-  // Total reflection is complete, whatever specular_ and the colour are.
+  // Total reflection returns all light, whatever specular_ and the colour are.
   if (f >= 1.0f && (!mirror_only_ || !coloured_)) return Rgb(1.0f);
   if (!coloured_) return Rgb(specular_ * f);
   // A coloured F0 becomes white as Fresnel's reflectance goes from F0 to 1.

@@ -3,18 +3,18 @@
 //
 // Local space is as in bsdf.h, with normal +Z on wo's side. Solids follow Walter et al. 2007,
 // "Microfacet Models for Refraction through Rough Surfaces", with height-correlated Smith GGX,
-// exact Fresnel, and visible normals sampled as spherical caps (Dupuy & Benyoub 2023). In thin
-// walls, the transmission has the distribution of the reflection, mirrored to the other side (as
-// glTF defines it), without refraction.
+// exact Fresnel, and visible normals sampled as spherical caps (Dupuy & Benyoub 2023). A thin wall
+// does not refract: its transmission has the distribution of the reflection, mirrored to the other
+// side, as glTF defines it.
 //
-// Reflection and transmission are divided by their total directional albedo at wo, to compensate
-// for multiple scattering (Turquin 2019, "Practical Multiple Scattering Compensation for Microfacet
-// Models"). So a white interface conserves energy but is not reciprocal.
+// Reflection and transmission are divided by the sum of their directional albedos at wo, to
+// compensate for multiple scattering (Turquin 2019, "Practical Multiple Scattering Compensation for
+// Microfacet Models"). So a white interface conserves energy, but it is not reciprocal.
 //
-// Radiance is scaled by 1 / eta^2 where a path, starting at the camera, enters a denser medium.
-// Leaving a closed object reverses this scale. If alpha is below kMirrorAlpha, reflection and
-// transmission are both deltas. An index within 1e-3 of 1 does not refract: light goes straight
-// through.
+// Where a path from the camera enters a denser medium, radiance is scaled by 1 / eta^2. Where the
+// path leaves the medium again, the inverse scale cancels this. If alpha is below kMirrorAlpha,
+// reflection and transmission are both deltas. An index within 1e-3 of 1 does not refract: light
+// goes straight through.
 #pragma once
 
 #include "renderer/core/vector.h"
@@ -37,7 +37,7 @@ struct TransmissionParameters {
 class TransmissionLobe {
  public:
   TransmissionLobe() = default;
-  // Unless wo.z > 0, the result absorbs everything.
+  // The lobe absorbs everything unless wo.z > 0.
   TransmissionLobe(const TransmissionParameters& parameters, const Vec3f& wo);
 
   // Returns f |wi.z| and stores the density of sample() in *pdf. wi may be on either side. Both
@@ -87,9 +87,9 @@ float fresnel_dielectric(float cos_i, float eta);
 Rgb attenuation_coefficient(const Rgb& color, float distance);
 Rgb beer_transmittance(const Rgb& coefficient, float distance);  // distance in scene units, >= 0
 
-// Returns the total directional albedo of a rough, white solid interface, by which TransmissionLobe
-// divides. Looks it up in a table over (mu, roughness, eta), which is built at first use (25 ms).
-// Thread-safe.
+// Returns the sum of the directional albedos of reflection and transmission for a rough, white
+// solid interface. TransmissionLobe divides by it. The value comes from a table over (mu,
+// roughness, eta), which is built at first use (25 ms). Thread-safe.
 float refraction_albedo(float mu, float roughness, float eta);
 
 }  // namespace emberline

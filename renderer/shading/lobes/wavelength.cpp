@@ -55,7 +55,7 @@ SampledWavelength sample_wavelength(float u) {
   static const Table table;
   size_t i = table.guide[std::min(size_t(u * float(kGuide)), size_t(kGuide - 1))];
   while (i < size_t(kNodes - 2) && table.cdf[i + 1] <= u) ++i;
-  // Within a step, inverts the area p0 t + (p1 - p0) t^2 / 2 without cancellation.
+  // Solve area = p0 t + (p1 - p0) t^2 / 2 for t in [0, 1] in a form that does not cancel.
   const float p0 = table.density[i], p1 = table.density[i + 1];
   const float area = std::max(0.0f, u - table.cdf[i]);
   const float root = safe_sqrt(fma(2.0f * (p1 - p0), area, square(p0)));

@@ -12,8 +12,8 @@
 
 namespace emberline {
 
-// The pace of each method, measured before the runs, and the samples of the reference. They are
-// saved, because a resumed study must use the same values.
+// The pace of each method in samples per second, measured before the runs, and the samples per
+// pixel of the reference. Both are saved, because a resumed study must use the same values.
 struct StudyPace {
   std::map<std::string, double> samples_per_s;  // by PlannedMethod::id
   uint32_t reference_spp = 0;
@@ -40,8 +40,8 @@ class StudyFolder {
   std::optional<StudyPace> read_pace() const;
   void write_pace(const StudyPace& pace) const;
 
-  // Reads the run of the method with this id. Returns nothing if the run is not finished or, after
-  // logging this, if its file is damaged.
+  // Reads the run of the method with this id. Returns nothing if the run is not finished. If its
+  // file is damaged, logs this and returns nothing.
   std::optional<StudyRun> read_run(const std::string& id, uint32_t seed) const;
   void write_run(const std::string& id, const StudyRun& run) const;
 

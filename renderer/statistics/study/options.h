@@ -21,7 +21,7 @@ inline constexpr std::initializer_list<SettingGroup> kStudySettings = {
 
 struct StudyOptions {
   RenderOptions frame;  // settings in kStudySettings, the scene and the limits of the run
-  // Comma-separated lists. After an estimator, its allocation and then `unbiased` may follow:
+  // Comma-separated lists. An estimator may be followed by its allocation and by `unbiased`:
   // "two-stream/mse", "two-stream/display/unbiased".
   std::string drivers = "bucket,bisection,adaptive";
   std::string estimators{kDefaultEstimator};

@@ -15,9 +15,9 @@ struct PlannedMethod {
   StudyMethod method;
   std::string id;         // used in file names: "adaptive-two-stream-display-sobol"
   RenderOptions options;  // frame_options() sets the number of samples and the seed
-  // Whether a separate frame is rendered for every budget. This is so with --separate, with
-  // denoising, for drivers that show nothing before they finish, and for samplers that must know
-  // the number of samples in advance.
+  // Whether a separate frame is rendered for every budget. True with --separate, with denoising,
+  // for drivers that show nothing before they finish, and for samplers that must know the number of
+  // samples in advance.
   bool separate = false;
   std::string unsupported_reason;  // why the method cannot be rendered; empty if it can
 };
@@ -38,8 +38,8 @@ StudyPlan plan_study(const StudyOptions& options);
 // Returns the names in a list of samplers. Throws what plan_study() throws.
 std::vector<std::string> parse_samplers(const std::string& list);
 
-// Returns the methods 0 .. methods - 1 in a random order that depends on the seed. Thus no method
-// always follows the same other method, or always runs when the machine is warm.
+// Returns the methods 0 .. methods - 1 in a random order that depends on the seed. The order varies
+// so that no method always follows the same one, or always runs when the machine is warm.
 std::vector<size_t> study_order(size_t methods, uint32_t seed);
 
 // Returns the options of one frame of a method. `samples` is the number of samples per pixel (the

@@ -15,9 +15,9 @@ namespace emberline {
 SettingTexts frame_settings(const RenderOptions& options);
 
 // Returns a line of JSON with everything that a frame's pixels depend on, except the driver, the
-// sampler, the number of samples and the seed. The line has the settings above, but not those of
-// buckets (SettingGroup::kSchedule). It has fingerprints of the input files instead of their names.
-// Reads the files within the limits. Throws InputError.
+// sampler, the number of samples and the seed. The line has the settings of frame_settings() except
+// those of buckets (SettingGroup::kSchedule), and fingerprints of the input files instead of their
+// names. Reads the files within the limits. Throws InputError.
 std::string frame_key(const RenderOptions& options, const LoadLimits& limits);
 
 // Returns the key of one half of the reference.

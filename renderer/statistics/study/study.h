@@ -29,8 +29,8 @@ using RenderStudy =
 // for runs that end by time, it is an estimate.
 using StudyClient = std::function<void(uint64_t samples, const RenderStudy& render)>;
 
-// Runs a study on `options.frame.threads` threads and writes its files. `folder` is what the client
-// calls the option that chooses the results folder. Throws UsageError, InputError and RenderError.
+// Runs a study on `options.frame.threads` threads and writes its files. `folder` is the client's
+// name for the option that sets the results folder. Throws UsageError, InputError and RenderError.
 StudyOutcome execute_study(const StudyOptions& options, const std::string& folder,
                            const StudyClient& client);
 

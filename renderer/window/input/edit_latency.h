@@ -18,7 +18,7 @@ struct MeasuredEdit {
   std::string what;                  // such as "orbit" or "roughness"
   double input_s = 0.0;              // time of the input
   std::optional<double> filled_s;    // when a filled SessionPicture first showed the edit
-  std::optional<double> complete_s;  // when a complete one first did
+  std::optional<double> complete_s;  // when a complete SessionPicture first showed it
 };
 
 class EditLatency {

@@ -35,7 +35,7 @@ MaterialEdit unedited(const EditTarget& material);
 bool has_changes(const MaterialEdit& edit);
 
 // Stores `edit` in place of the entry for the same light or material, if any. If `edit` has no
-// changes, removes that entry instead, so that edits that have all been reset equal no edits.
+// changes, removes that entry instead, so that fully reset edits compare equal to SceneEdits().
 void store_entry(SceneEdits& edits, const SceneDescription& outline, const LightEdit& edit);
 void store_entry(SceneEdits& edits, const SceneDescription& outline, const MaterialEdit& edit);
 

@@ -20,8 +20,8 @@ struct MaterialRow {
   float minimum = 0.0f, maximum = 1.0f;
   const char* format = "%.3f";
   bool logarithmic = false;
-  // Returns whether the row applies to the file's material with this edit; null if the row always
-  // applies.
+  // Returns whether the row applies to the file's material with this edit. The pointer is null if
+  // the row always applies.
   bool (*applies)(const MaterialDescription& original, const MaterialEdit& edit) = nullptr;
 };
 

@@ -82,7 +82,7 @@ class Workbench {
   bool update_picture();
   bool update_problem();
 
-  std::shared_ptr<const ListedScene> scene_;  // the scene that the other members know
+  std::shared_ptr<const ListedScene> scene_;  // the scene that the other members have adopted
   std::shared_ptr<const SessionPicture> picture_;
   LoadStatus load_status_;
   std::string problem_;
