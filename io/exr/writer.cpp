@@ -400,8 +400,8 @@ std::vector<uint8_t> ExrWriter::Impl::encode_lossless(int part, int tile_x, int 
 
 // Appends the chunk's header and data (OpenEXR, "File Layout"). OpenEXR's C interface cannot be
 // used, because it would write one part after another. The header has the part number (multi-part
-// files only), the tile's coordinates and level, and the data's size. Returns the chunk's offset,
-// which is now reserved.
+// files only), the tile's coordinates and level, and the data's size. Reserves the chunk's place in
+// the file and returns its offset.
 uint64_t ExrWriter::Impl::put_chunk(int part, int tile_x, int tile_y,
                                     const std::vector<uint8_t>& chunk,
                                     std::vector<uint8_t>& bytes) {

@@ -46,8 +46,8 @@ struct ErrorMetrics {
   static constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
 };
 
-// Upper bound on the bytes per pixel that compare_images() allocates: it makes display-encoded
-// copies of both pictures, and maps for FLIP and SSIM. We measured 50 bytes.
+// Upper bound on the bytes per pixel that a comparison of two pictures allocates: it makes
+// display-encoded copies of both, and maps for FLIP and SSIM. We measured 50 bytes.
 inline constexpr uint64_t kComparisonBytesPerPixel = 64;
 
 // The fraction of pixels that rel_mse_trimmed excludes, and epsilon for a black reference. Both

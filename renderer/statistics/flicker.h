@@ -36,8 +36,8 @@ struct Flicker {
 // trimmed relMSE of both. If the errors move with the objects, it is near 0.
 //
 // Skips a pixel p if it has a NaN or infinity, if it leaves the picture, or if another object
-// covers it in the next frame. It counts as covered if its motion differs from the motion at q by
-// more than a pixel and by more than a quarter of its length. Runs in parallel; the result is
+// covers it in the next frame. p counts as covered if its motion differs from the motion at q by
+// more than a pixel and by more than a quarter of p's motion. Runs in parallel; the result is
 // bit-identical for any number of threads.
 Flicker flicker(const SequenceFrame& frame, const SequenceFrame& next, double epsilon);
 

@@ -24,8 +24,8 @@ struct HeatmapQuantity {
   std::string_view unit = {};
   std::optional<Aov> aov = {};             // the AOV that the quantity requires
   std::vector<std::string_view> channels;  // the channels from which it is computed
-  // Computes a pixel's value from the values of `channels`, which have the same order. By default,
-  // returns the value of the first channel. NaN means that the pixel has no value.
+  // Computes a pixel's value from the values of its channels, in the order of `channels`. By
+  // default, returns the value of the first channel. NaN means that the pixel has no value.
   float (*value)(const float* channels) = [](const float* all) { return all[0]; };
   std::string_view note = {};  // the last text of the legend
   // Returns the categories, if the values are categories instead of amounts.
@@ -43,11 +43,11 @@ struct HeatmapQuantity {
 // (display_error.h). With the estimators nested and two-stream, and with --streams 2, v is
 // estimated from a single difference per pixel, between two halves or two streams. This has one
 // degree of freedom, so the values of single pixels are noisy. The legend shows the RMS over all
-// pixels. For such frames, it equals the adaptive driver's estimate for the whole frame
-// (drivers/adaptive/frame_error.h; `error.estimate` in the report), but only the report includes
-// light that pixels have missed. For all other frames, such as uniform ones, v is computed as if
-// samples were independent, which overestimates the error. The display curve is linearised, so a
-// pixel's error may exceed 1. Pixels with fewer than two samples have no value.
+// pixels. With these estimators or --streams 2, it equals the adaptive driver's estimate for the
+// whole frame (drivers/adaptive/frame_error.h; `error.estimate` in the report), but only the report
+// includes light that pixels have missed. For all other frames, such as uniform ones, v is computed
+// as if samples were independent, which overestimates the error. The display curve is linearised,
+// so a pixel's error may exceed 1. Pixels with fewer than two samples have no value.
 std::span<const HeatmapQuantity> heatmap_quantity_table();
 // Throws UsageError for an unknown name; the message calls the option `option`.
 const HeatmapQuantity& find_heatmap_quantity(std::string_view name,

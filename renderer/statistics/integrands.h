@@ -1,6 +1,6 @@
 // Integrands whose means are known exactly, for comparing samplers. They are functions of the
-// random numbers with which a sampler chooses a camera ray. They resemble what occurs in a pixel,
-// such as an edge, a disc or a gradient.
+// random numbers that a sampler gives to a camera ray. They resemble what occurs in a pixel, such
+// as an edge, a disc or a gradient.
 #pragma once
 
 #include <cmath>

@@ -31,8 +31,8 @@ std::vector<double> window_weights(int length) {
   return weights;
 }
 
-// The weighted means of a, b, a^2, b^2 and a b over a window, and a sum that is positive if one of
-// the window's pixels is masked.
+// The weighted means of a, b, a^2, b^2 and a b over a window. The last element is a sum that is
+// positive if one of the window's pixels is masked.
 using Moments = std::array<double, 6>;
 
 double ssim_of(const Moments& m) {

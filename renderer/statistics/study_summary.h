@@ -82,11 +82,11 @@ std::optional<Estimate> signed_bias(const StudyResults& results, size_t method, 
 std::optional<Estimate> error_slope(const StudyResults& results, size_t method, StudyMetric metric,
                                     StudyAxis axis);
 
-// The speedup over the baseline at equal error. `ratio` is the baseline's position on the axis when
-// it reaches the error that the method has at this budget, divided by the method's position. The
-// baseline's run with the same seed is interpolated between its checkpoints, linearly in log error
-// against log position. Beyond the checkpoints, the first or last segment is extended;
-// `extrapolated` is the number of runs for which this was necessary.
+// The speedup over the baseline at equal error. At this budget, the method has some position on the
+// axis and some error. `ratio` is the position at which the baseline reaches this error, divided by
+// the position of the method. The baseline's run with the same seed is interpolated between its
+// checkpoints, linearly in log error against log position. Beyond the checkpoints, the first or
+// last segment is extended; `extrapolated` is the number of runs for which this was necessary.
 struct Speedup {
   Estimate ratio;
   size_t extrapolated = 0;

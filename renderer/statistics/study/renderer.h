@@ -27,9 +27,10 @@ inline constexpr size_t kStudyPictureChannels = 5;
 // Side of the tiles in which a frame is denoised.
 inline constexpr int kStudyTile = 64;
 
-// A picture that was taken during a frame or at its end. `error` has not been measured yet.
+// A picture that was taken while a frame was rendered or at its end. `error` has not been measured
+// yet.
 struct StudyPicture : StudyCheckpoint {
-  std::vector<float> values;        // R, G, B, A, samples; film_channels() if finished
+  std::vector<float> values;        // R, G, B, A, samples; if finished, film_channels()
   uint64_t non_finite_samples = 0;  // only for a finished frame
 };
 
