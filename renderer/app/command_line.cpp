@@ -232,7 +232,8 @@ int run_command_line(int argc, char** argv) {
             .brief = "print the versions of the program and its libraries",
             .full = "Print the versions of the program and its libraries, and the instruction sets "
                     "that they use."});
-  root.add_flag("-v,--verbose", verbose, "beside --version: the same")->group("");  // hidden
+  root.add_flag("-v,--verbose", verbose, "accepted with --version, without effect")
+      ->group("");  // hidden
   std::string documents;
   root.add_option("--write-documents", documents,
                   "man pages, completion and pages of the manual, for packages")

@@ -219,8 +219,8 @@ void check_files(const CompareOptions& options, std::span<const int> frames) {
 // Returns the flicker between two consecutive frames, or nullopt if it cannot be measured.
 std::optional<Flicker> flicker_between(const ComparedFrame& frame, const ComparedFrame& next) {
   if (frame.image.crop != next.image.crop) {
-    log_info(
-        fmt::format("{}: no flicker, because the frame before has other pixels", next.image.path));
+    log_info(fmt::format("{}: flicker is not measured, because the previous frame has another crop",
+                         next.image.path));
     return std::nullopt;
   }
   const Flicker measured =
