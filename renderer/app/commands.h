@@ -67,9 +67,9 @@ struct ShowOptions {
   std::string layer;  // see find_layer(); empty: see find_colour()
   // .png, .jpg: displayed; .exr: the layer as R, G, B and A; .gif: the sequence as an animation
   std::vector<std::string> outputs;
-  std::vector<int> frames;  // of a sequence; empty: all that exist
-  double fps = 24;          // of the animation
-  DisplaySettings display;  // for all but .exr
+  std::vector<int> frames;    // of a sequence; empty: all that exist
+  std::optional<double> fps;  // of the animation; absent: kAnimationFps
+  DisplaySettings display;    // for all but .exr
   LimitOptions limits;
 };
 
@@ -81,19 +81,23 @@ struct ShowOptions {
 // the file is unreadable or has no picture, UsageError for an unknown layer or wrong options, and
 // RenderError if an output cannot be written.
 //
-// The frames of a sequence are converted one after another; one that fails is logged, and the
-// others are still converted. They share the values that are black and white.
+// The frames of a sequence are converted one after another. If one of them fails, this is logged,
+// and the others are still converted. All frames have the same value for black and the same value
+// for white. An animation is in memory as a whole, scaled down to 640 pixels. If the memory limit
+// ends it early, the other outputs are still written.
 int run_show(const ShowOptions& options);
 
 // A sequence as a GIF.
 struct AnimatedFrames {
   std::vector<unsigned char> gif;  // empty: no frame was readable
   int width = 0, height = 0;
+  std::vector<int> frames;  // those that could be read
 };
-// Returns the frames of the sequence as run_show() does for a .gif, with sides of at most
-// `max_side` pixels. Ignores the outputs. The frames may also be .png or .jpg files. A frame that
-// cannot be read is logged and left out. Throws RenderError and LimitError.
-AnimatedFrames animate_frames(const ShowOptions& options, int max_side);
+// Returns the frames of an .exr sequence as run_show() does for a .gif, with sides of at most
+// `max_side` pixels. A frame is shown denoised if it has been denoised. Ignores the outputs and the
+// layer. Warns about frames that cannot be read or do not have the size of `window`, and leaves
+// them out. Throws RenderError.
+AnimatedFrames animate_frames(const ShowOptions& options, int max_side, const Rect& window);
 
 // `emberline explain`: says in words why a pixel of a finished frame got its number of samples.
 struct ExplainOptions {

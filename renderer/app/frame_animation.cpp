@@ -10,9 +10,10 @@ bool is_gif(std::string_view path) { return lower_suffix(path) == ".gif"; }
 
 void FrameAnimation::begin(const Rect& window, const std::string& path,
                            const LoadProgress& progress) {
-  if (frames_.empty()) window_ = window;
+  if (window_.empty()) window_ = window;
   if (window.width() != window_.width() || window.height() != window_.height()) {
-    throw InputError(path, "it has {} x {} pixels, but the first frame of the sequence has {} x {}",
+    throw InputError(path,
+                     "it has {} x {} pixels, but the other frames of the animation have {} x {}",
                      window.width(), window.height(), window_.width(), window_.height());
   }
   frame_.emplace(window, max_side_);

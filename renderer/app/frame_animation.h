@@ -13,6 +13,7 @@
 
 namespace emberline {
 
+inline constexpr double kAnimationFps = 24;
 inline constexpr int kMinAnimationFps = 1, kMaxAnimationFps = 50;  // players slow down above 50
 
 bool is_gif(std::string_view path);
@@ -20,10 +21,12 @@ bool is_gif(std::string_view path);
 // Collects frames one after another. Frames are scaled down so that no side exceeds `max_side`.
 class FrameAnimation {
  public:
-  explicit FrameAnimation(int max_side) : max_side_(max_side) {}
+  // All frames have the size of `window`, or of the first frame if it is empty.
+  explicit FrameAnimation(int max_side, const Rect& window = {})
+      : max_side_(max_side), window_(window) {}
 
   // Begins a frame with these pixels. A frame that was not ended is dropped. Throws InputError,
-  // which names `path`, for a frame of another size than the first, and LimitError if the animation
+  // which names `path`, for a frame of another size, and LimitError if the animation
   // exceeds the budget of `progress`.
   void begin(const Rect& window, const std::string& path, const LoadProgress& progress);
   // Adds linear R G B A to the frame, over black.
@@ -33,12 +36,13 @@ class FrameAnimation {
   size_t size() const { return frames_.size(); }
   int width() const { return frames_.front().width; }
   int height() const { return frames_.front().height; }
-  // Must have a frame. Throws RenderError, which names `path`.
+  // There must be a frame. A frame's time is rounded to hundredths of a second. Throws RenderError,
+  // which names `path`.
   std::vector<unsigned char> encode(double fps, const std::string& path) const;
 
  private:
   const int max_side_;
-  Rect window_;  // of the first frame
+  Rect window_;
   std::optional<ScaledPicture> frame_;
   std::vector<ByteImage> frames_;
 };

@@ -29,12 +29,32 @@
 namespace emberline {
 namespace {
 
+// Returns the noise threshold of single frames with which combined frames meet `threshold` on
+// average. It is the same for all frames, so that no bit depends on how a range is split. The first
+// and last frames of the range keep more noise, because they have fewer neighbours.
+float single_frame_threshold(float threshold, int across) {
+  // On average, this share of a neighbour's samples counts, with four neighbours on either side. It
+  // is the smallest of eight sequences of tests/bench/denoise_sequences.py (all but `light drops`).
+  constexpr float kNeighbourShare = 0.47f;
+  return std::min(threshold * std::sqrt(1.0f + 2.0f * kNeighbourShare * float(across)), 1.0f);
+}
+
+// With `across`, a frame is rendered with what denoising reads, and is denoised later.
+RenderOptions undenoised(RenderOptions options) {
+  options.denoise = false;
+  options.aovs += std::string(options.aovs.empty() ? "" : ",") + "denoising,velocity";
+  // Some of the channels that `judge` names are not denoised.
+  if (options.noise_threshold && options.judge.empty()) {
+    options.noise_threshold = single_frame_threshold(*options.noise_threshold, options.across);
+  }
+  return options;
+}
+
 // Renders the frames of a range, one after another.
 class RangeRun {
  public:
-  // `is_denoised`: whether the finished files have a denoised picture.
-  RangeRun(const RenderOptions& options, const std::vector<int>& frames, bool is_denoised)
-      : options_(options), frames_(frames), is_denoised_(is_denoised), run_(options_) {
+  RangeRun(const RenderOptions& options, const std::vector<int>& frames)
+      : options_(options), frames_(frames), run_(options_) {
     options_.frames.clear();  // otherwise the list would be copied for every frame
   }
 
@@ -45,7 +65,7 @@ class RangeRun {
     register_inputs(options_, files);
     register_run_outputs(options_, files);
     for (const int number : frames_) {
-      const RenderOptions frame = options_of_frame(options_, number);
+      const RenderOptions frame = frame_options(number);
       if (has_frame_number(options_.reference)) {
         files.read(frame.reference, "it is the file of --reference");
       }
@@ -59,7 +79,7 @@ class RangeRun {
     size_t next = 0;
     while (next < frames_.size() && !should_stop()) {
       run_.frame_position = FramePosition{frames_[next], next + 1, frames_.size()};
-      std::optional<FrameOutcome> outcome = render(options_of_frame(options_, frames_[next]));
+      std::optional<FrameOutcome> outcome = render(frame_options(frames_[next]));
       if (!outcome) break;
       outcome->frame = frames_[next++];
       report_.frames.push_back(*std::move(outcome));
@@ -95,7 +115,7 @@ class RangeRun {
     WriteAttempts attempts;
     const std::string& path = options_.range_report;
     const auto write = [&] {
-      write_file_atomically(path, is_page(path) ? range_report_page(options_, report_, is_denoised_)
+      write_file_atomically(path, is_page(path) ? range_report_page(options_, report_)
                                                 : range_report_json(options_, report_));
     };
     if (!path.empty() && !attempts.attempt(path, write)) {
@@ -107,6 +127,11 @@ class RangeRun {
   }
 
  private:
+  RenderOptions frame_options(int number) const {
+    RenderOptions frame = options_of_frame(options_, number);
+    return options_.across > 0 ? undenoised(std::move(frame)) : frame;
+  }
+
   int denoise_changed(DenoiseOptions options) const {
     const std::vector<int> rendered = report_.frames_with_status(FrameStatus::kDone);
     for (const FrameOutcome& outcome : report_.frames) {
@@ -179,7 +204,6 @@ class RangeRun {
 
   RenderOptions options_;
   const std::vector<int>& frames_;
-  const bool is_denoised_;
   RenderRun run_;
   const Stopwatch wall_;
   bool rendered_ = false;  // whether at least one frame has been rendered
@@ -207,39 +231,19 @@ DenoiseOptions denoising_of(const RenderOptions& options) {
           .limits = options.limits};
 }
 
-// Returns the noise threshold of the single frames. With `across`, the user's threshold is meant
-// for the combined frames. It is the same for all frames, so that no bit depends on how a range is
-// split; the first and last frames keep more noise.
-float single_frame_threshold(float threshold, int across) {
-  // The average share of a neighbour's samples that count, in the sequence of those of
-  // tests/bench/denoise_sequences.py where it is least (a cut aside), with four on either side.
-  constexpr float kNeighbourShare = 0.47f;
-  return std::min(threshold * std::sqrt(1.0f + 2.0f * kNeighbourShare * float(across)), 1.0f);
-}
-
-// The frames are rendered with what denoising reads, and are denoised later.
-RenderOptions undenoised(RenderOptions options) {
-  options.denoise = false;
-  options.aovs += std::string(options.aovs.empty() ? "" : ",") + "denoising,velocity";
-  // Of the channels that `judge` names, some are not denoised.
-  if (options.noise_threshold && options.judge.empty()) {
-    const float combined = *options.noise_threshold;
-    options.noise_threshold = single_frame_threshold(combined, options.across);
-    log_info(
-        fmt::format("single frames are rendered with --noise-threshold {:.3g}, so that "
-                    "combined frames have about {:.3g}",
-                    *options.noise_threshold, combined));
-  }
-  return options;
-}
-
 }  // namespace
 
 int run_range(const RenderOptions& options, const std::vector<int>& frames) {
   std::optional<DenoiseOptions> denoising;
   if (options.across > 0) denoising = denoising_of(options);
-  RangeRun range(denoising ? undenoised(options) : options, frames, options.denoise);
+  RangeRun range(options, frames);
   range.check_names();
+  if (denoising && options.noise_threshold && options.judge.empty()) {
+    log_info(
+        fmt::format("single frames are rendered with --noise-threshold {:.3g}, so that "
+                    "combined frames have about {:.3g}",
+                    *undenoised(options).noise_threshold, *options.noise_threshold));
+  }
   if (!options.range_report.empty()) check_writable(options.range_report);
   check_output_folders(options, frames.front());
   range.render();

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
@@ -15,8 +16,8 @@
 #include "renderer/core/shortened.h"
 #include "renderer/engine/process_usage.h"
 #include "renderer/engine/render_plan.h"
+#include "renderer/output/option_rules.h"
 #include "renderer/output/outputs.h"
-#include "renderer/output/rgb_file.h"
 #include "renderer/statistics/html_page.h"
 #include "renderer/statistics/svg_chart.h"
 
@@ -72,43 +73,61 @@ bool is_rendered(const FrameOutcome& outcome) {
   return outcome.status == FrameStatus::kDone || outcome.status == FrameStatus::kStopped;
 }
 
-// Returns at most `count` of the frames, evenly spaced and in ascending order.
-std::vector<int> choose_frames(std::vector<int> frames, size_t count) {
-  std::ranges::sort(frames);
-  const size_t step = (frames.size() + count - 1) / count;
-  std::vector<int> chosen;
-  for (size_t i = 0; i < frames.size(); i += step) chosen.push_back(frames[i]);
-  return chosen;
-}
+// Every step-th frame is shown in the animation, so that the page stays small.
+struct AnimatedRange {
+  std::vector<int> frames;  // in ascending order
+  int step = 1;
+};
 
-void add_animation(HtmlPage& page, const RenderOptions& options, const RangeReport& report,
-                   bool is_denoised) {
-  constexpr size_t kMaxFramesShown = 120;
-  constexpr int kMaxSide = 480;  // pixels
+AnimatedRange animated_range(const RangeReport& report, const std::string& image) {
+  constexpr size_t kMaxAnimated = 120;
   std::vector<int> frames;
   for (const FrameOutcome& outcome : report.frames) {
-    const bool exists = outcome.status != FrameStatus::kFailed && outcome.failed_outputs.empty();
-    if (exists) frames.push_back(outcome.frame);
+    std::error_code unknown;
+    const std::string path = expand_frame_number(image, outcome.frame);
+    if (std::filesystem::exists(path, unknown)) frames.push_back(outcome.frame);
   }
-  if (frames.size() < 2 || options.outputs.empty()) return;
+  std::ranges::sort(frames);
+  AnimatedRange range;
+  range.step = int((frames.size() + kMaxAnimated - 1) / kMaxAnimated);
+  for (size_t i = 0; i < frames.size(); i += size_t(range.step)) range.frames.push_back(frames[i]);
+  return range;
+}
+
+void add_animation(HtmlPage& page, const RenderOptions& options, const RangeReport& report) {
+  constexpr int kMaxSide = 480;  // pixels
+  if (is_part(options) || options.outputs.empty()) return;
   const auto exr = std::ranges::find_if(options.outputs, is_exr);
-  const bool has_exr = exr != options.outputs.end();
-  ShowOptions show = {
-      .image = has_exr ? *exr : options.outputs.front(),
-      .layer = has_exr && is_denoised ? std::string(kDenoisedLayer) : "",
-      .outputs = {},
-      .frames = choose_frames(frames, kMaxFramesShown),
-      .fps = std::clamp(options.fps, double(kMinAnimationFps), double(kMaxAnimationFps)),
-      .display = options.display,
-      .limits = options.limits};
+  if (exr == options.outputs.end()) {
+    return page.paragraph("With an .exr output, the frames would be shown here as an animation.");
+  }
+  if (report.exit_code == kExitStopped) {
+    return page.paragraph("The range was stopped, so there is no animation yet.");
+  }
+  const AnimatedRange range = animated_range(report, *exr);
+  if (range.frames.size() < 2) return;
+  const double fps =
+      std::clamp(options.fps / range.step, double(kMinAnimationFps), double(kMaxAnimationFps));
+  ShowOptions show;
+  show.image = *exr;
+  show.frames = range.frames;
+  show.fps = fps;
+  show.display = options.display;
+  show.limits = options.limits;
   try {
-    const AnimatedFrames animated = animate_frames(show, kMaxSide);
+    const AnimatedFrames animated = animate_frames(show, kMaxSide, crop_of(options));
     if (animated.gif.empty()) return page.warning("No frame could be read for the animation.");
+    const double shown_fps = 100.0 / std::round(100.0 / fps);  // as a GIF stores it
     page.figures(std::vector<PageFigure>{
         {picture_markup(animated.gif, "image/gif", animated.width, animated.height,
                         "the frames as an animation"),
-         fmt::format("Frames {} at {} frames per second{}.", format_frames(show.frames),
-                     readable_number(show.fps), show.layer.empty() ? "" : ", denoised")}});
+         fmt::format("Frames {} at {} frames per second{}.",
+                     shortened(format_frames(animated.frames)), readable_number(shown_fps),
+                     options.denoise ? ", denoised" : "")}});
+    if (animated.frames.size() < range.frames.size()) {
+      page.warning(fmt::format("{} frames could not be shown in the animation.",
+                               range.frames.size() - animated.frames.size()));
+    }
   } catch (const std::exception& error) {
     log_warning(fmt::format("{}: without an animation: {}", options.range_report, error.what()));
     page.warning(fmt::format("The animation could not be made: {}", error.what()));
@@ -229,14 +248,13 @@ std::string range_report_json(const RenderOptions& options, const RangeReport& r
   return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 
-std::string range_report_page(const RenderOptions& options, const RangeReport& report,
-                              bool is_denoised) {
+std::string range_report_page(const RenderOptions& options, const RangeReport& report) {
   const Rect crop = crop_of(options);
   HtmlPage page(
       std::filesystem::path(options.scene).filename().string(),
       fmt::format("{} x {} pixels; {}; {} in all. {}", crop.width(), crop.height(),
                   describe(report), readable_seconds(report.wall_s), readable_local_time()));
-  add_animation(page, options, report, is_denoised);
+  add_animation(page, options, report);
   add_charts(page, options, report);
   add_frames(page, options, report);
   add_settings(page, options);

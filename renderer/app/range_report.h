@@ -40,10 +40,8 @@ std::string describe(const RangeReport& report);
 // --frames.
 std::string range_report_json(const RenderOptions& options, const RangeReport& report);
 
-// Returns a self-contained HTML file with an animation, charts and a table of the frames. Reads the
-// frames' pictures again: those of the first .exr output or, if there is none, of the first output.
-// If `is_denoised`, an .exr is shown denoised. If no animation can be made, the page says why.
-std::string range_report_page(const RenderOptions& options, const RangeReport& report,
-                              bool is_denoised);
+// Returns a self-contained HTML file with an animation, charts and a table of the frames. The
+// animation is made from the .exr files, if there are any and the range was not stopped.
+std::string range_report_page(const RenderOptions& options, const RangeReport& report);
 
 }  // namespace emberline

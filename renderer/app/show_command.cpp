@@ -289,61 +289,65 @@ uint64_t shown_bytes(const ShowOptions& options, const FloatImageRows& file,
   return bytes;
 }
 
-// What the frames of a sequence share.
-struct SharedState {
+// What happens to a sequence as a whole.
+struct SequenceState {
   bool hints = true;  // whether the log may suggest something better
   GreyRange range;
   FrameAnimation* animation = nullptr;
+  bool prefers_denoised = false;              // without --layer
+  void (*log)(std::string_view) = log_error;  // for frames that fail
+  std::vector<int> shown;                     // frames that did not fail
 };
 
 bool is_displayed(const ShowOptions& options) {
   return !std::ranges::all_of(options.outputs, is_exr);
 }
 
-int show_frame(const ShowOptions& options, const SharedState& shared) {
+// Begins the frame in the animation, if there is one. Returns false if it cannot have this frame.
+// If memory is short, the animation ends.
+bool begin_animated(SequenceState& sequence, const Rect& window, const std::string& path,
+                    const LoadProgress& progress) {
+  if (!sequence.animation) return true;
+  try {
+    sequence.animation->begin(window, path, progress);
+    return true;
+  } catch (const InputError& error) {
+    sequence.log(error.what());
+    if (dynamic_cast<const LimitError*>(&error)) sequence.animation = nullptr;
+    return false;
+  }
+}
+
+int show_frame(const ShowOptions& options, SequenceState& sequence) {
   const LoadProgress progress({}, {}, limits_of(options.limits, options.image));
   FloatImageRows file(options.image, progress);
   const FloatImage& image = file.image();
   for (const std::string& path : options.outputs) check_picture_format(path, image.data_window);
-  const ImageLayer layer = choose_layer(options, image, shared.hints);
+  const bool is_denoised = image.find_channel(std::string(kDenoisedLayer) + ".R") >= 0;
+  ShowOptions chosen = options;
+  if (is_denoised && sequence.prefers_denoised) chosen.layer = kDenoisedLayer;
+  const ImageLayer layer = choose_layer(chosen, image, sequence.hints);
   const MemoryReservation memory(progress.budget(), MemoryPart::kFilm,
                                  shown_bytes(options, file, layer), options.image);
   warn_if_stopped(options.image, image);
-  const int denoised = image.find_channel(std::string(kDenoisedLayer) + ".R");
-  if (shared.hints && options.layer.empty() && denoised >= 0 &&
-      layer.channels.front() != denoised) {
+  if (sequence.hints && chosen.layer.empty() && is_denoised &&
+      image.channel_names[size_t(layer.channels.front())] != std::string(kDenoisedLayer) + ".R") {
     log_info(
         fmt::format("showing R, G and B of {}, which are not denoised; --layer {} shows the "
                     "denoised picture",
                     options.image, kDenoisedLayer));
   }
-  if (shared.animation) shared.animation->begin(image.data_window, options.image, progress);
-  ShownFrame shown(options, file, layer, shared.animation);
+  const bool is_animated = begin_animated(sequence, image.data_window, options.image, progress);
+  ShownFrame shown(options, file, layer, is_animated ? sequence.animation : nullptr);
   const LayerColours colours(image, layer, options.image);
   read_bands(file, [&](const Rect& band, const std::vector<float>& pixels) {
-    shown.write(band, colours.convert(pixels), shared.range);
+    shown.write(band, colours.convert(pixels), sequence.range);
   });
   WriteAttempts attempts;
   shown.finish(!image.stopped_after, attempts);
   for (const std::string& path : attempts.written()) log_info("wrote " + path);
-  return attempts.failed().empty() ? kExitDone : kExitRenderFailed;
-}
-
-// Adds a .png or .jpg file to the animation.
-void animate_picture(const ShowOptions& options, FrameAnimation& animation) {
-  const LoadProgress progress({}, {}, limits_of(options.limits, options.image));
-  const RgbFile file = read_rgb(options.image, progress);
-  const Rect window = {0, 0, file.pixels.width, file.pixels.height};
-  animation.begin(window, options.image, progress);
-  const std::vector<float>& rgb = file.pixels.rgb;
-  const auto width = size_t(window.width());
-  std::vector<float> rgba(4 * width, 1.0f);
-  for (int y = 0; y < window.y1; ++y) {
-    for (size_t x = 0; x < width; ++x)
-      std::copy_n(&rgb[3 * (size_t(y) * width + x)], 3, &rgba[4 * x]);
-    animation.add({0, y, window.x1, y + 1}, rgba);
-  }
-  animation.end(DisplayTransform({}));
+  if (!attempts.failed().empty()) return kExitRenderFailed;
+  return is_animated ? kExitDone : kExitInput;
 }
 
 ShowOptions options_of_frame(const ShowOptions& options, int number) {
@@ -353,33 +357,25 @@ ShowOptions options_of_frame(const ShowOptions& options, int number) {
   return one;
 }
 
-// Converts the frames, whose outputs are files of single frames. Returns the exit code.
-int show_frames(const ShowOptions& options, std::span<const int> frames,
-                FrameAnimation* animation) {
-  SharedState shared;
-  shared.animation = animation;
-  if (!options.layer.empty() && (animation || is_displayed(options))) {
+// Converts the frames. `options` has only outputs for single frames. Returns the exit code.
+int show_frames(const ShowOptions& options, std::span<const int> frames, SequenceState& sequence) {
+  if (!options.layer.empty() && (sequence.animation || is_displayed(options))) {
     std::vector<std::string> paths;
     for (const int number : frames) paths.push_back(expand_frame_number(options.image, number));
-    shared.range = grey_range(options, paths);
+    sequence.range = grey_range(options, paths);
   }
   int exit_code = kExitDone;
   for (const int number : frames) {
-    const ShowOptions one = options_of_frame(options, number);
     try {
-      if (animation && one.outputs.empty() && !is_exr(one.image)) {
-        animate_picture(one, *animation);
-      } else {
-        exit_code = std::max(exit_code, show_frame(one, shared));
-      }
-      shared.hints = false;
-    } catch (const LimitError&) {
-      throw;
+      const int code = show_frame(options_of_frame(options, number), sequence);
+      if (code == kExitDone) sequence.shown.push_back(number);
+      exit_code = std::max(exit_code, code);
+      sequence.hints = false;
     } catch (const std::exception& error) {
       // If no frame has been shown yet, a usage error probably affects all frames.
       const Failure failure = failure_of(error);
-      if (shared.hints && failure.exit_code == kExitUsage) throw;
-      log_error(failure.message);
+      if (sequence.hints && failure.exit_code == kExitUsage) throw;
+      sequence.log(failure.message);
       exit_code = std::max(exit_code, failure.exit_code);
     }
   }
@@ -412,17 +408,21 @@ int show_sequence(ShowOptions options) {
     check_writable(path);
   }
   FrameAnimation animation(kMaxAnimationSide);
-  int exit_code = show_frames(options, frames, gifs.empty() ? nullptr : &animation);
+  SequenceState sequence;
+  if (!gifs.empty()) sequence.animation = &animation;
+  const int exit_code = show_frames(options, frames, sequence);
   WriteAttempts attempts;
   for (const std::string& path : gifs) {
     if (animation.size() == 0) break;
     attempts.attempt(path, [&] {
-      const std::vector<unsigned char> gif = animation.encode(options.fps, path);
+      const std::vector<unsigned char> gif =
+          animation.encode(options.fps.value_or(kAnimationFps), path);
       write_file_atomically(path, {reinterpret_cast<const char*>(gif.data()), gif.size()});
     });
   }
   for (const std::string& path : attempts.written()) {
-    log_info(fmt::format("wrote {} ({} frames)", path, animation.size()));
+    log_info(fmt::format("wrote {} ({} frame{})", path, animation.size(),
+                         animation.size() == 1 ? "" : "s"));
   }
   return attempts.failed().empty() ? exit_code : std::max<int>(exit_code, kExitRenderFailed);
 }
@@ -431,8 +431,11 @@ int show_sequence(ShowOptions options) {
 
 int run_show(const ShowOptions& options) {
   const WorkerThreads workers(0);
-  if (is_sequence(options.image)) return show_sequence(options);
   const auto gif = std::ranges::find_if(options.outputs, is_gif);
+  if (options.fps && gif == options.outputs.end()) {
+    throw UsageError("--fps needs a .gif output, such as -o shot.gif");
+  }
+  if (is_sequence(options.image)) return show_sequence(options);
   if (gif != options.outputs.end() || !options.frames.empty()) {
     throw UsageError("{} needs a sequence: write #### instead of the frame's number in {}",
                      options.frames.empty() ? "-o " + *gif : "--frames", options.image);
@@ -443,22 +446,29 @@ int run_show(const ShowOptions& options) {
     check_picture_format(path, {});
     files.write("-o", path);
   }
-  SharedState shared;
+  SequenceState sequence;
   // Without --layer, a single channel is the luminance. It is displayed like a picture, so it needs
   // no range.
   if (!options.layer.empty() && is_displayed(options)) {
-    shared.range = grey_range(options, std::array{options.image});
+    sequence.range = grey_range(options, std::array{options.image});
   }
-  return show_frame(options, shared);
+  return show_frame(options, sequence);
 }
 
-AnimatedFrames animate_frames(const ShowOptions& options, int max_side) {
+AnimatedFrames animate_frames(const ShowOptions& options, int max_side, const Rect& window) {
   ShowOptions animated = options;
   animated.outputs.clear();
-  FrameAnimation animation(max_side);
-  show_frames(animated, options.frames, &animation);
+  animated.layer.clear();
+  FrameAnimation animation(max_side, window);
+  SequenceState sequence;
+  sequence.hints = false;
+  sequence.animation = &animation;
+  sequence.prefers_denoised = true;
+  sequence.log = log_warning;
+  show_frames(animated, options.frames, sequence);
   if (animation.size() == 0) return {};
-  return {animation.encode(options.fps, options.image), animation.width(), animation.height()};
+  return {animation.encode(options.fps.value_or(kAnimationFps), options.image), animation.width(),
+          animation.height(), sequence.shown};
 }
 
 }  // namespace emberline

@@ -67,7 +67,6 @@ void add_catcher_plane(std::optional<double> height, SceneDescription& scene) {
   plane.to_world[3][0] = center.x;
   plane.to_world[3][1] = y;
   plane.to_world[3][2] = center.z;
-  if (scene.nodes.empty()) return;
   NodeDescription& node = scene.nodes.emplace_back();
   node.name = kName;
   plane.node = node.root = int(scene.nodes.size()) - 1;

@@ -199,6 +199,13 @@ TEST_F(DenoiseAcross, ARangeKeepsTheThresholdAfterCombining) {
   const ExrPicture picture = read_exr(path("a.0002.exr"));
   const float threshold = std::stof(picture.attributes.at("emberline:noise_threshold"));
   EXPECT_NEAR(threshold, 0.05f * std::sqrt(1.94f), 1e-5f);
+  // Saved settings have the user's threshold, not that of single frames.
+  render_frames(range + Words{"--denoise", "--across", "1", "--spp", "256", "--save-settings",
+                              path("look.json")},
+                "s.####.exr");
+  EXPECT_FLOAT_EQ(read_json("look.json")["noise-threshold"].get<float>(), 0.05f);
+  EXPECT_EQ(read_json("look.json")["denoise"], true);
+  EXPECT_FALSE(read_json("look.json").contains("aov"));
   // The same threshold, rendered and denoised by two commands, gives the same bits.
   render_frames(range + Words{"--noise-threshold", std::to_string(threshold), "--spp", "256",
                               "--aov", kLayers},

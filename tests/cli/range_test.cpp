@@ -513,26 +513,31 @@ TEST_F(Range, InterruptWritesTheFrameAndListsTheRest) {
   }
 }
 
-// Of two frames, one fails. The animation has the other frames, which a --skip-existing skips.
+// The animation has the frames that exist and have the size of the range.
 TEST_F(Range, ReportsAsAPage) {
   const Words page = {"--range-report", path("range.html"), "-o", path("a.#.png")};
+  const auto expect_parts = [&](const Words& parts) {
+    const std::string text = read_text(path("range.html"));
+    for (const std::string& part : parts) EXPECT_NE(text.find(part), std::string::npos) << part;
+  };
   render(turn(page + Words{"--frames", "1-2"}));
-  std::string text = read_text(path("range.html"));
-  for (const char* part : {"scene.glb", "2 rendered", "data:image/gif;base64,", "Frames 1-2 at 24",
-                           "<svg", "turntable", "--frames 1-2"}) {
-    EXPECT_NE(text.find(part), std::string::npos) << part;
-  }
+  expect_parts({"scene.glb", "2 rendered", "data:image/gif;base64,", "Frames 1-2 at 25", "<svg",
+                "turntable", "--frames 1-2"});
   fs::create_directory(path("a.03.exr"));
   const RunResult failed = run(turn(page + Words{"--frames", "1-3", "--skip-existing"}));
   EXPECT_EQ(failed.exit_code, 1) << failed.describe();
-  text = read_text(path("range.html"));
-  for (const char* part : {"2 skipped", "1 failed (3)", "a.03.exr", "Frames 1-2 at 24"}) {
-    EXPECT_NE(text.find(part), std::string::npos) << part << failed.describe();
-  }
-  // Without an .exr file, the animation comes from the pictures.
-  render({"render", scene(), "-o", path("p.#.jpg"), "--size", "24x16", "--spp", "1", "--turntable",
-          "2", "--range-report", path("pictures.htm")});
-  EXPECT_NE(read_text(path("pictures.htm")).find("data:image/gif"), std::string::npos);
+  expect_parts({"2 skipped", "1 failed (3)", "a.03.exr", "Frames 1-2 at 25"});
+  render(turn(page + Words{"--frames", "4", "--size", "12x8"}));
+  fs::remove(path("a.03.exr"));
+  const RunResult odd = run(turn(page + Words{"--frames", "1-4", "--skip-existing"}));
+  EXPECT_EQ(odd.exit_code, 0) << odd.describe();
+  expect_parts({"Frames 1-3 at 25", "1 frames could not be shown"});
+  // Denoised frames are shown denoised, also if only some of them have been.
+  render(turn(page + Words{"--frames", "1-2", "--denoise", "--spp", "16"}));
+  expect_parts({"Frames 1-2 at 25 frames per second, denoised."});
+  render(range_words({"-o", path("p.#.exr"), "--frames", "1-2", "--part", "1/2", "--range-report",
+                      path("range.html"), "--turntable", "4"}));
+  EXPECT_EQ(read_text(path("range.html")).find("image/gif"), std::string::npos);
 }
 
 TEST_F(Range, EveryFrameHasItsTimeLimit) {

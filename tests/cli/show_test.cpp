@@ -375,11 +375,27 @@ TEST_F(ShowSequence, GoesOnAfterAFrameThatFails) {
   EXPECT_EQ(result.exit_code, 3) << result.describe();
   for (const char* text :
        {"a.2.exr", "a.3.exr",
-        "a.4.exr: it has 1 x 1 pixels, but the first frame of the sequence has 2 x 1",
-        "1 frames"}) {
+        "a.4.exr: it has 1 x 1 pixels, but the other frames of the animation have 2 x 1",
+        "(1 frame)"}) {
     EXPECT_NE(result.err.find(text), std::string::npos) << text << result.err;
   }
   EXPECT_EQ(durations("a.gif").size(), 1u);
+}
+
+// If an animation needs too much memory, the pictures are still written.
+TEST_F(ShowSequence, AnimationsEndAtTheMemoryLimit) {
+  render({"render", scene(), "-o", path("a.#.exr"), "--frames", "1-40", "--size", "64x48", "--spp",
+          "1"});
+  const RunResult result =
+      show_all({"-o", path("b.#.png"), "-o", path("b.gif"), "--memory-limit", "1000K"});
+  EXPECT_EQ(result.exit_code, 3) << result.describe();
+  const size_t first = result.err.find("emberline: error:");
+  EXPECT_NE(first, std::string::npos) << result.err;
+  EXPECT_EQ(result.err.find("emberline: error:", first + 1), std::string::npos) << result.err;
+  EXPECT_TRUE(std::filesystem::exists(path("b.40.png")));
+  const size_t count = durations("b.gif").size();
+  EXPECT_GT(count, 1u);
+  EXPECT_LT(count, 40u);
 }
 
 TEST_F(ShowSequence, FramesShareBlackAndWhite) {
@@ -404,7 +420,7 @@ TEST_F(ShowSequence, RejectsNamesOptionsAndSizes) {
   expect_failure({"show", path("a.1.exr"), "-o", path("b.png"), "--frames", "1"}, 2,
                  {"--frames needs a sequence"});
   expect_failure({"show", path("none.#.exr"), "-o", path("b.gif")}, 3, {"no file"});
-  expect_failure(sequence + Words{path("b.gif"), "--memory-limit", "100"}, 3, {"memory"});
+  expect_failure({"show", path("a.1.exr"), "-o", path("b.png"), "--fps", "12"}, 2, {"--fps needs"});
 }
 
 }  // namespace
