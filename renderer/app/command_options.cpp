@@ -124,8 +124,8 @@ void add_range_options(CLI::App* app, RenderOptions& o) {
   add_text(app, "--range-report", o.range_report, "FILE",
            {.section = H::kOutput,
             .full = "Write the result of each frame to this file: a .html file is a page with an "
-                    "animation, charts and a table, any other file is JSON. `report` describes a "
-                    "single frame."});
+                    "animation (if there is an .exr output), charts and a table, any other file is "
+                    "JSON. `report` describes a single frame."});
 }
 
 void add_result_options(CLI::App* app, RenderOptions& o) {
