@@ -82,7 +82,8 @@ struct ShowOptions {
 // RenderError if an output cannot be written.
 //
 // The frames of a sequence are converted one after another; one that fails is logged, and the
-// others are still converted. They share the values that are black and white.
+// others are still converted. All frames have the same value for black and the same value for
+// white.
 int run_show(const ShowOptions& options);
 
 // A sequence as a GIF.

@@ -207,12 +207,12 @@ DenoiseOptions denoising_of(const RenderOptions& options) {
           .limits = options.limits};
 }
 
-// Returns the noise threshold of the single frames. With `across`, the user's threshold is meant
-// for the combined frames. It is the same for all frames, so that no bit depends on how a range is
-// split; the first and last frames keep more noise.
+// Returns the noise threshold of single frames with which combined frames meet `threshold` on
+// average. It is the same for all frames, so that no bit depends on how a range is split. The first
+// and last frames of the range keep more noise, because they have fewer neighbours.
 float single_frame_threshold(float threshold, int across) {
-  // The average share of a neighbour's samples that count, in the sequence of those of
-  // tests/bench/denoise_sequences.py where it is least (a cut aside), with four on either side.
+  // On average, this share of a neighbour's samples counts, with four neighbours on either side. It
+  // is the smallest of eight sequences of tests/bench/denoise_sequences.py (all but `light drops`).
   constexpr float kNeighbourShare = 0.47f;
   return std::min(threshold * std::sqrt(1.0f + 2.0f * kNeighbourShare * float(across)), 1.0f);
 }

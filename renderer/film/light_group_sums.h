@@ -25,8 +25,9 @@ class LightMix;
 // A view of a pixel's sums, which the film owns.
 class LightGroupSums {
  public:
-  // `sums` and `remainders` each point to bytes_per_pixel(groups) / 2 bytes. With -1 groups,
-  // nothing is kept. With 0 groups, no light is recorded, but relighting works.
+  // `sums` and `remainders` each point to bytes_per_pixel(groups) / 2 bytes: for each of the
+  // `groups` lights, and for the sample count and alpha. So with 0 groups, relighting still works.
+  // With -1 groups, there are no sums at all.
   LightGroupSums(float* sums, float* remainders, int groups)
       : sums_(sums), remainders_(remainders), groups_(groups) {}
   static size_t bytes_per_pixel(int groups) { return 2 * 3 * size_t(groups + 1) * sizeof(float); }

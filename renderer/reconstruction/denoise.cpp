@@ -182,8 +182,8 @@ Part read_part(const Halves& h, const HalfColour& colour, const HalfColour* accu
   return part;
 }
 
-// Indexed by [bandwidth][half]: the factor for a fit's weighted prediction of a pixel, including
-// the division by the total weight.
+// Indexed by [bandwidth][half]. A fit's weighted prediction of a pixel is multiplied by this
+// factor, which includes the division by the total weight.
 using Factors = std::array<std::array<BorderedPlane, 2>, kBandwidths>;
 Factors factors_of(const Halves& h, const Candidates& candidates, const Blend& shares) {
   Factors factors;

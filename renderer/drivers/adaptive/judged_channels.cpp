@@ -199,7 +199,7 @@ void JudgedChannels::read_means(const FilmTile& film, size_t i, float* means) co
 }
 
 // Writes for each pixel the squared error of one sample in the channel's error scale, pooled over
-// neighbours. It is -1 where neither the pixel nor a neighbour has two parts.
+// neighbours. It is -1 where neither the pixel nor a neighbour has samples in both halves.
 void JudgedChannels::measure(const FilmTile& film, const PixelStatistics& pixels,
                              const SampleHalves& halves, const Values& values,
                              std::vector<float>* variances) const {

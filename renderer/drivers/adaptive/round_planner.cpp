@@ -167,7 +167,8 @@ void RoundPlanner::write_variances(FilmTile* film) const {
   const bool averaged = this->averaged();
   parallel_ranges(p.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
-      // Without two streams or two parts, the film can compute the same variance itself.
+      // A pixel whose samples are all in one stream and one half is skipped: the film can compute
+      // its variance itself.
       const bool has_two_parts = p.second_count[i] > 0.0f || film->sums(i).count[1] > 0;
       if (p.count[i] < 2.0f || !(has_two_parts || averaged)) continue;
       Rgb variance;
@@ -209,8 +210,8 @@ PixelStop RoundPlanner::current_stop(size_t i, uint32_t current) const {
   return is_unfinished(settings_, current, error) ? PixelStop::kUnfinished : stop_of(i);
 }
 
-// Estimators with batches provide no deviation of a sample, so the gain is computed from their
-// error.
+// Estimators that add samples in batches (EstimatorEntry::batch) do not estimate the deviation of a
+// sample, so the gain is computed from the error that they estimate.
 void RoundPlanner::expected_gains(std::span<const uint32_t> current,
                                   std::span<const uint32_t> targets,
                                   std::vector<float>* gains) const {
