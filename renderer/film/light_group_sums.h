@@ -25,9 +25,10 @@ class LightMix;
 // A view of a pixel's sums, which the film owns.
 class LightGroupSums {
  public:
-  // `sums` and `remainders` each point to bytes_per_pixel(groups) / 2 bytes: for each of the
-  // `groups` lights, and for the sample count and alpha. So with 0 groups, relighting still works.
-  // With -1 groups, there are no sums at all.
+  // `sums` and `remainders` each point to bytes_per_pixel(groups) / 2 bytes: three floats for each
+  // group, and three for the sample count and alpha. If `groups` is 0, only the sample count and
+  // alpha are stored, and relighting gives black with the right alpha. If it is -1, the film does
+  // not record light groups, and nothing is stored.
   LightGroupSums(float* sums, float* remainders, int groups)
       : sums_(sums), remainders_(remainders), groups_(groups) {}
   static size_t bytes_per_pixel(int groups) { return 2 * 3 * size_t(groups + 1) * sizeof(float); }
