@@ -45,7 +45,7 @@ struct IntegratorSettings {
 // Statistics of paths in glass, summed over all samples.
 struct OpticsCounters {
   uint64_t rays_ended_at_panes = 0;  // rays with > kMaxWalls walls or hidden faces in a row
-  uint64_t dropped_solids = 0;       // times a path in Interior::kLimit solids entered one more
+  uint64_t dropped_solids = 0;       // times a path inside Interior::kLimit solids entered another
   // The number of light samples of point-like lights, and the number of these samples that only
   // smooth solid glass blocks. Such light is lost, since only light sampling finds point-like
   // lights. One sample in 16 is examined.

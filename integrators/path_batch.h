@@ -39,7 +39,8 @@ struct Path {
   Rgb radiance = Rgb(0.0f);
   float eta_scale = 1.0f;  // radiance compression by refraction so far; used for roulette only
   // Roulette probabilities: `ray_survival` is the probability that this ray is traced; `survival`
-  // is the probability that the path is also scattered at the surface that the ray hits.
+  // is the probability that the ray is traced and the path is then scattered at the surface that
+  // the ray hits.
   float survival = 1.0f, ray_survival = 1.0f;
   // Scattering events so far. Going straight through a smooth thin wall is not counted. Light
   // samples also pass through such walls, so this rule gives light samples and scattered rays the
@@ -50,7 +51,7 @@ struct Path {
   SampleRays rays;
 };
 
-// A light sample taken at a vertex, and the segment between the two.
+// A light sample taken at a vertex, and the segment from the vertex to the light.
 struct Connection {
   LightSample light;
   Rgb scattered;  // BSDF x cosine towards the light

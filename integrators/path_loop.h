@@ -43,7 +43,7 @@ class PathLoop : private PathBatch {
   }
 
  private:
-  // Russian roulette starts with the scattering event of this number. Shorter paths are spared,
+  // Number of the scattering event at which Russian roulette starts. Shorter paths are spared,
   // since they carry most of the light.
   static constexpr uint32_t kRouletteDepth = 2;
   // A path with throughput t continues with probability kRouletteScale sqrt(t). The square root is
@@ -282,8 +282,8 @@ class PathLoop : private PathBatch {
     samples.resume_sample(lane);
     const CoverageKey key = coverage_key(scene, samples);
     if (!glass_.arrives(lane, key)) return;
-    // The MIS weight over the density is balance_heuristic / (n pdf) = 1 / (n pdf + other). `other`
-    // is 0 for point-like lights, since only light sampling finds them.
+    // The MIS weight divided by the density is balance_heuristic / (n pdf) = 1 / (n pdf + other).
+    // `other` is 0 for point-like lights, since only light sampling finds them.
     const float light_pdf = float(paths[lane].last.light_samples) * c.light.pdf;
     const Rgb light =
         c.scattered * c.radiance / (c.light.delta ? light_pdf : light_pdf + c.bsdf_pdf);

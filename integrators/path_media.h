@@ -8,7 +8,7 @@
 
 namespace emberline {
 
-// Returns the coverage key of one ray. Scenes without alpha need none.
+// Returns the coverage key of one ray. Scenes without alpha use the default key.
 inline CoverageKey coverage_key(const Scene& scene, PixelSamples& samples) {
   return scene.has_coverage() ? samples.coverage_key() : CoverageKey();
 }

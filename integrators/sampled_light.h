@@ -26,9 +26,9 @@ namespace emberline {
                                       dot(light.direction, light.emitter_normal));
   }
   // Paths hit only the covered part of the emitter. Multiplying the light sample by the coverage
-  // gives it the same mean as paths have. As in paths, the texels of coverage and emission are
-  // chosen independently. So even a card that is bright only where it is transparent shows the
-  // product of the mean emission and the mean coverage.
+  // gives it the same mean as the light that paths find. In both cases, the texels of coverage and
+  // emission are chosen independently. So even a card that is bright only where it is transparent
+  // shows the product of the mean emission and the mean coverage.
   if (material.alpha_mode() != AlphaMode::kOpaque) {
     radiance *= material.coverage(attributes, samples.extra());
   }

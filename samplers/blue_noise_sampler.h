@@ -1,11 +1,12 @@
 // Distributes error over the frame as blue noise (Ahmed & Wonka 2020, "Screen-space blue-noise
 // diffusion of Monte Carlo sampling error via hierarchical ordering of pixels", ACM TOG 39(6)).
 //
-// One Owen-scrambled Sobol' sequence serves all pixels. Each pixel takes an aligned range of
-// samples_per_pixel points. The ranges follow a Z-curve through the frame. Each base-4 digit of the
-// curve's index is permuted at random, by a hash of the higher digits. So the pixels of any aligned
-// 2 x 2, 4 x 4, ... square share a net: where one pixel's estimate is too bright, its neighbours'
-// are too dark. The error lies in high frequencies, which the eye and a denoiser average away.
+// One Owen-scrambled Sobol' sequence serves all pixels (of a tile, if the frame is very large).
+// Each pixel takes an aligned range of samples_per_pixel points. The ranges follow a Z-curve
+// through the frame. Each base-4 digit of the curve's index is permuted at random, by a hash of the
+// higher digits. So the points of any aligned square of 2 x 2, 4 x 4, ... pixels together form an
+// evenly spread set (a net): where one pixel's estimate is too bright, its neighbours' are too
+// dark. The error lies in high frequencies, which the eye and a denoiser average away.
 //
 // Each pair of dimensions has its own permutations and scrambles. Within a pair, each pixel
 // shuffles the points of its range. The pair of the pixel position uses an Owen shuffle, so that

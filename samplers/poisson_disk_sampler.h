@@ -15,7 +15,7 @@
 // The tables serve the pixel and lens pairs, and the BSDF and light pairs of the first three
 // surfaces. Each pair of a pixel uses a different table, since pairs with the same table would be
 // copies of each other. All other dimensions come from `sobol`. In particular, dimensions that are
-// used one by one would gain nothing from a distance in the plane.
+// used one by one would gain nothing from points that keep their distance in the plane.
 #pragma once
 
 #include "samplers/sample_runs.h"

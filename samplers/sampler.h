@@ -3,7 +3,8 @@
 // A slot holds the numbers of one scattering event: slot 0 is the camera's, and slot b is the b-th
 // surface's. A sampler fills a slot for up to 16 consecutive samples of one pixel at a time. So
 // there is one virtual call per slot and 16 samples, never one per number, and the loop vectorises
-// over the samples (hash: Burley 2020, "Practical Hash-based Owen Scrambling", JCGT 9(4)).
+// over the samples (the hash follows Burley 2020, "Practical Hash-based Owen Scrambling", JCGT
+// 9(4)).
 //
 // No state is carried from one sample to the next: fill() is const, and its result for a sample
 // does not depend on which other samples are filled with it (law 1). The early passes of a

@@ -10,14 +10,16 @@
 //
 // Every other pair visits its sequence in a random order, since pairs would otherwise be copies of
 // each other. The order is an Owen shuffle of blocks of 8, with a random permutation within each
-// block. At multiples of 16 samples, each pair is still fully stratified. Both steps are needed, as
-// three factors show; each is a variance divided by that of random numbers. With only the Owen
-// shuffle, low index bits stay matched between pairs: the factor is 1.4 for the integrand
-// exp(-4|a-b|^2), and 2 for a product of two signs. With only the permutation, structure finer than
-// a block stays matched: the third factor is 1 + N/64 for N samples. With both steps, the three
-// factors are 0.93 to 0.98, 8/7 and 9/8; theory predicts exactly the last two for blocks of 8. With
-// the searched orders, the first two factors are .27 and 0 at 64 samples; the third is 2 for one
-// fine frequency among many.
+// block. At multiples of 16 samples, each pair is still fully stratified. Both steps are needed.
+// The following factors are variances divided by the variance of random numbers:
+// - Only the Owen shuffle: low index bits stay matched between pairs. The factor is 1.4 for the
+//   integrand exp(-4|a-b|^2), and 2 for a product of two signs.
+// - Only the permutation: structure finer than a block stays matched. This third factor is 1 + N/64
+//   for N samples.
+// - Both steps: the three factors are 0.93 to 0.98, 8/7 and 9/8. Theory predicts exactly the last
+//   two for blocks of 8.
+// - The searched orders at 64 samples: the first two factors are .27 and 0. The third is 2 for one
+//   fine frequency among many.
 //
 // With two streams, sample k belongs to stream (k >> 3) & 1, at index ((k >> 4) << 3) | (k & 7).
 // The streams are independent randomisations. With A and B as the means of the two streams,

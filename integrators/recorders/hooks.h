@@ -5,8 +5,8 @@
 
 namespace emberline {
 
-// A recorder that does nothing; its hooks compile to nothing in PathLoop. Most comments below say
-// what has happened when a hook is called. `lane` is the index of a path in the PathBatch.
+// A recorder that does nothing; its hooks compile to nothing in PathLoop. Most comments below name
+// the event after which PathLoop calls the hook. `lane` is the index of a path in the PathBatch.
 struct NoRecorder {
   explicit NoRecorder(PathBatch& /*batch*/) {}
   // Returns whether the batch asks for the recorder's output.

@@ -35,7 +35,7 @@ struct Scene::State {
   void edit(std::string_view json, const Environment& environment);
 
   Resources resources;
-  FrameSettings settings;  // the settings of the load, but with the current pose
+  FrameSettings settings;  // used to load the scene, but with the current pose
   LoadLimits limits;
   SceneBuildOptions build;
   WorldBounds bounds;

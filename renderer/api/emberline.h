@@ -221,10 +221,10 @@ class EMBERLINE_API RenderedPicture : public Picture {
 
 // Renders a frame. All channels are bit-identical to those of the command's EXR. `watch` may be
 // called from any thread, but never from two threads at once. The bucket driver calls it after each
-// tile; the other drivers call it at every pause, while nothing is being rendered. After a request
-// to `stop`, the unfinished picture is returned; `give_up` ends the call faster, but throws
-// Stopped. "time-limit" counts from the start of the call. Throws UsageError, InputError,
-// RenderError, and whatever `watch` throws.
+// tile; the other drivers call it at every pause, while nothing is being rendered. A stop request
+// through `stop` makes the call return the unfinished picture. A request through `give_up` ends the
+// call faster, but throws Stopped. "time-limit" counts from the start of the call. Throws
+// UsageError, InputError, RenderError, and whatever `watch` throws.
 EMBERLINE_API Picture render(const Scene& scene, const Settings& settings,
                              const Resources& resources = {}, const std::stop_token& stop = {},
                              const std::function<void(const Progress&)>& watch = {},
@@ -290,10 +290,10 @@ EMBERLINE_API StoredFrame stored_frame(const std::string& checkpoint);
 // Adds samples to a finished frame whose checkpoint was kept. `more` sets "spp", "noise-threshold"
 // or "max-spp", and optionally "time-limit". If all pixels have the same number of samples, the
 // result is bit-identical to a frame rendered in one go. An adaptive frame continues from its
-// state. Afterwards the checkpoint contains the larger frame. If the extension is stopped, the next
-// call resumes it from the file CHECKPOINT.next. Throws UsageError if `more` asks for less than the
-// frame has, or contains other settings; InputError if the checkpoint cannot be extended, is
-// damaged or belongs to another scene; and what render() throws. Since 1.1.0.
+// state. Afterwards the checkpoint contains the extended frame. If the extension is stopped, the
+// next call resumes it from the file CHECKPOINT.next. Throws UsageError if `more` asks for less
+// than the frame has, or contains other settings; InputError if the checkpoint cannot be extended,
+// is damaged or belongs to another scene; and what render() throws. Since 1.1.0.
 EMBERLINE_API RenderedPicture extend(const std::string& checkpoint, const Scene& scene,
                                      const Settings& more, const Resources& resources = {},
                                      const std::stop_token& stop = {},
@@ -390,11 +390,11 @@ struct StudyTable {
   bool complete = false;       // false if the study was stopped; the same call resumes it
 };
 // Renders the scene with every method, seed and budget, and writes study.csv, study.json and
-// study.html into the folder. `settings` apply to all frames; they may set only samples, view,
-// light, scene loading, buckets and the first seed. `on_samples` is called with the number of new
-// samples, from any thread, and possibly from several threads at once. Throws UsageError,
-// InputError, RenderError, and Stopped if the study is stopped before the reference is finished.
-// Since 1.1.0.
+// study.html into the folder. `settings` apply to all frames. Only settings of samples, view,
+// light, scene loading, buckets and the first seed are allowed. `on_samples` is called with the
+// number of new samples, from any thread, and possibly from several threads at once. Throws
+// UsageError, InputError, RenderError, and Stopped if the study is stopped before the reference is
+// finished. Since 1.1.0.
 EMBERLINE_API StudyTable study(const std::string& scene, const Settings& settings,
                                const StudyRequest& request, const Resources& resources = {},
                                const std::stop_token& stop = {},

@@ -171,7 +171,7 @@ RenderedPicture render_picture(const Access::SceneState& state, const RenderOpti
   const RenderPlan plan(options, {.is_extension = !options.extended.empty(),
                                   .sample_plan = sample_plan ? sample_plan->plan() : nullptr});
   OutputSettings output = output_settings(options, plan.crop);
-  if (is_part(options)) output.denoise = false;  // because a part lacks neighbouring pixels
+  if (is_part(options)) output.denoise = false;  // needs pixels outside the part
   const FrameParts parts(state, options);
   const int threads = arena_threads(resources);
   const MemoryReservation memory =

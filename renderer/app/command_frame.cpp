@@ -131,7 +131,8 @@ void CommandFrame::open_outputs() {
   check_overwrite(checkpoint, head);
 }
 
-// Reserves the memory of --reference for this frame, apart from that of the run's scene.
+// Also reads the picture of --reference. Its memory is reserved for this frame, and the scene's
+// memory for the whole run.
 void CommandFrame::open_snapshots() {
   LoadLimits limits = run_.limits;
   limits.memory = run_.limits.memory->child_budget();
@@ -198,9 +199,9 @@ void CommandFrame::on_picture_changed(const JobProgress& now, const LivePicture&
   if (checkpoint_.is_due()) checkpoint_.save(*job_);
 }
 
-// A forecast takes as long as planning a round, so there are few. Only a frame with a noise
-// threshold gets more than one, because later forecasts correct its number of samples. Each
-// forecast follows at twice the time of the one before.
+// A forecast predicts the frame's rendering time. It takes as long as planning a round, so it is
+// made only once. With a noise threshold, it is repeated whenever the elapsed time has doubled,
+// because the expected number of samples changes.
 bool CommandFrame::is_forecast_due(double elapsed_s) const {
   if (report_.resumed_samples > 0) return false;
   return !report_.forecast || (options_.noise_threshold && elapsed_s >= 2 * forecast_at_s_);
@@ -211,9 +212,9 @@ bool CommandFrame::is_forecast_due(double elapsed_s) const {
 void CommandFrame::update_forecast(double elapsed_s) {
   const std::optional<WorkForecast> work = job_->forecast();
   if (!work) return;
-  // The measured time for the rest of the frame, divided by the time that its amount of work
-  // suggests: typical, least and most (tests/bench/results/adaptive.md). With a threshold the
-  // ratios are higher, because the first samples have missed glints.
+  // Factors for `left_s`, which assumes that the rest of the work is done at the same speed. They
+  // are the typical, least and greatest measured values (tests/bench/results/adaptive.md). With a
+  // threshold they are higher, because the first samples have missed glints.
   const bool by_threshold = options_.noise_threshold.has_value();
   const double middle = by_threshold ? 1.4 : 0.95, least = by_threshold ? 0.8 : 0.7,
                most = by_threshold ? 4.0 : 1.3;

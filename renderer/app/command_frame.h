@@ -1,6 +1,6 @@
 // Renders one frame: checks the frame's options, renders the frame and writes its files and report.
-// Call the functions of CommandFrame in the order of their declaration; replay() replaces those
-// after it.
+// Call the functions of CommandFrame in the order of their declaration. With --replay, replay() is
+// the last call; otherwise skip it.
 #pragma once
 
 #include <memory>
@@ -39,9 +39,9 @@ class CommandFrame {
   void render();
   void write();
   int report();  // returns the exit code
-  // For a pilot: called instead of write() and report(). A pilot is a cheap frame that measures the
-  // noise of the frame `planned`. Writes the sample counts for that frame to `path`. Returns the
-  // exit code, which is kExitStopped if the pilot was stopped.
+  // Replaces write() and report() for a pilot, a cheap frame that measures the noise of the frame
+  // `planned`. Writes the sample counts for `planned` to `path`. Returns the exit code, which is
+  // kExitStopped if the pilot was stopped.
   int write_plan(const RenderOptions& planned, const std::string& path);
 
   const RenderReport& result() const { return report_; }  // valid after report()

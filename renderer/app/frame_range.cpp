@@ -64,7 +64,7 @@ std::string_view trimmed(std::string_view text) {
   return text;
 }
 
-// Calls visit(option, path) for each output that every frame writes under a different name.
+// Calls visit(option, path) for each output of which every frame has its own file.
 template <typename Options, typename Visit>
 void visit_outputs(Options& o, const Visit& visit) {
   for (auto& path : o.outputs) visit("-o", path);

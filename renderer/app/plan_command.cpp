@@ -54,8 +54,8 @@ RenderOptions pilot_of(const RenderOptions& planned) {
 
 int run_plan(const PlanOptions& options) {
   RenderOptions planned = options.frame;
-  // Ignores these settings, which a settings file may contain: they limit a run or name the plan
-  // that is written here.
+  // A settings file may contain these settings. They are ignored, because they limit a run or name
+  // the plan that is written here.
   planned.plan.clear();
   planned.time_limit_s.reset();
   planned.time_budget_s.reset();

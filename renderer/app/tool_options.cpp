@@ -474,7 +474,7 @@ void add_study_options(CLI::App* app, StudyOptions& o) {
 
 void add_help_options(CLI::App* app, HelpOptions& o) {
   app->add_option("command", o.words, "A command, and one of its options with or without dashes.");
-  app->allow_extras();  // so that the option may have its dashes
+  app->allow_extras();  // accepts an option with its dashes
   app->footer(
       "emberline help render\n"
       "emberline help render noise-threshold");

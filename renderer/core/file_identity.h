@@ -7,8 +7,8 @@
 
 namespace emberline {
 
-// This is the same for all hard links and symbolic links to a file and for every spelling of its
-// path. It is valid only while the file exists.
+// The identity is the same for all hard links and symbolic links to a file and for every spelling
+// of its path. It is valid only while the file exists.
 struct FileIdentity {
   uint64_t device = 0, inode = 0;
 

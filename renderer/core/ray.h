@@ -19,7 +19,8 @@ inline constexpr float kInfinity = std::numeric_limits<float>::infinity();
 inline constexpr double kMaxOrigin = 1e18;
 
 // The points origin + t * direction for t in [0, t_max], in the scene's internal space, which is
-// rebased (see scene.h). Origins are already offset from their surface, so there is no t_min.
+// shifted and scaled (see scene.h). Origins are already offset from their surface, so there is no
+// t_min.
 struct Ray {
   Vec3f origin;
   Vec3f direction;

@@ -315,7 +315,8 @@ EnvironmentDescription clear_sky(const SkySettings& settings) {
                 sizeof value);
   };
 
-  std::vector<Vec3d> row_irradiance(size_t(above), Vec3d(0.0));  // of the ground, from each row
+  // The irradiance of the ground from each row of the sky.
+  std::vector<Vec3d> row_irradiance(size_t(above), Vec3d(0.0));
   parallel_each(size_t(above), [&](size_t row) {
     const double up = kPiD / 2 - kPiD * (double(row) + 0.5) / height;
     for (int x = 0; x < width; ++x) {

@@ -361,7 +361,7 @@ struct SceneLists {
   std::vector<PunctualLightDescription> lights;
   std::vector<CameraDescription> cameras;
   std::optional<EnvironmentDescription> environment;
-  ToWorkingSpace to_working;  // for building the Scene; colours here are not converted
+  ToWorkingSpace to_working;  // applied by build_scene(); colours here are not converted yet
   bool may_be_dark = false;   // if true, a scene without light stays dark; no warning
 };
 

@@ -27,8 +27,8 @@ std::string list_all(const char* what, const std::vector<Named>& list) {
   throw InputError(place.empty() ? "edits" : place, message);
 }
 
-// Returns the index of `target` in `list`. If the target is missing, throws an InputError that
-// calls the entries of the list `what`.
+// Returns the index of `target` in `list`. If the target is missing, throws an InputError, whose
+// message uses `what` as the word for the list's entries.
 template <class Named>
 size_t find_target(const EditTarget& target, const char* what, const std::vector<Named>& list) {
   if (const std::optional<size_t> found = find_entry(target, list)) return *found;

@@ -33,8 +33,8 @@ constexpr uint64_t kPartSamples = 4096;
 constexpr uint32_t kStepSamples = 4;
 
 // One pixel in kPixelsPerTreePixel gets its first sample in the order of the tree; the other pixels
-// follow in tiles. By then the tree has found the picture's features. Choosing one more pixel with
-// it would take as long as rendering a sample of a simple scene.
+// follow in tiles. By then the tree has found the picture's features. Choosing another pixel with
+// the tree would take as long as rendering a sample of a simple scene.
 constexpr size_t kPixelsPerTreePixel = 16;
 constexpr size_t kTreePartPixels = 256;
 

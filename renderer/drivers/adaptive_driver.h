@@ -1,6 +1,5 @@
 // `adaptive`: each round places samples where the error is. This follows Painter & Sloan 1989,
-// "Antialiased Ray Tracing by Adaptive Progressive Refinement", and adds modern estimators to
-// theirs.
+// "Antialiased Ray Tracing by Adaptive Progressive Refinement", and adds modern error estimators.
 //
 // The driver starts with one sample for every pixel, in the order of the refinement tree. Then it
 // takes the estimator's pilot samples. Rounds follow. Before each round, the planner decides from

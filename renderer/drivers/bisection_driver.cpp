@@ -192,7 +192,7 @@ class BisectionDriver final : public FrameDriver {
   };
   const Pass& pass() const { return later_pass_ ? *later_pass_ : first_; }
 
-  // The passes of a frame with a time budget depend on the time.
+  // With a time budget, the passes depend on the clock, so they are saved too.
   void archive_passes(Archive& archive) {
     constexpr size_t kMaxPasses = 256;
     archive.list(passes_, kMaxPasses);
@@ -220,7 +220,7 @@ class BisectionDriver final : public FrameDriver {
   size_t begin_ = 0, end_ = 0;    // the current round's parts, as a range in the pass
   BisectionCoverage coverage_;    // coverage of the first pass
   uint32_t min_samples_ = 0;      // number of samples that the passes have given every pixel
-  uint32_t initial_samples_ = 0;  // samples of every pixel in the frame that is extended
+  uint32_t initial_samples_ = 0;  // samples per pixel of the finished frame that is extended
 };
 
 }  // namespace

@@ -186,7 +186,7 @@ class RowReader {
   const LightMix* mix_;
   size_t width_;
   const View* view_ = nullptr;
-  Source last_row_;  // the last row that was not blended, and where it is
+  Source last_row_;  // the last line that was shown without blending, and its values
   CachedRow cached_rows_[2];
 };
 

@@ -21,9 +21,8 @@ std::span<const NamedValue<BisectionAxis>> bisection_axis_table();
 
 // Returns the lines [0, size) level by level. A queue starts with [0, size). Each interval [a, b)
 // taken from the queue yields line m = (a + b) / 2, and adds [a, m) and [m + 1, b) to the queue if
-// they are not empty. The lines of a level are ascending. Each level has at most one line between
-// any two neighbours among the lines of all earlier levels. Example for size 7: {3}, {1, 5}, {0, 2,
-// 4, 6}.
+// they are not empty. The lines of a level are ascending. Between two neighbouring lines of all
+// earlier levels, a level has at most one line. Example for size 7: {3}, {1, 5}, {0, 2, 4, 6}.
 std::vector<std::vector<int>> bisection_levels(int size);
 
 // The pixels at the crossings of columns and rows. Both lists are ascending.
@@ -66,7 +65,8 @@ struct SampleRange {
 // `samples_per_pixel` in all. Each pass doubles the number of samples. From the sixth pass on, a
 // pass consists of whole batches of 16.
 std::vector<SampleRange> bisection_passes(uint32_t samples_per_pixel);
-// Appends the passes from `done` to `samples_per_pixel` samples of every pixel.
+// Appends the passes that raise the count of every pixel from `done` to `samples_per_pixel`
+// samples.
 void add_bisection_passes(uint32_t done, uint32_t samples_per_pixel,
                           std::vector<SampleRange>& passes);
 

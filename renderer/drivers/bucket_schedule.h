@@ -25,7 +25,8 @@ std::span<const NamedValue<BucketOrder>> bucket_order_table();
 std::vector<Rect> bucket_schedule(const Rect& crop, int bucket_size, BucketOrder order,
                                   uint32_t seed);
 
-// Return the number of a frame's buckets, and the bytes that the lists of buckets need.
+// bucket_count() returns the number of a crop's buckets; bucket_list_bytes() returns the memory
+// that the lists of these buckets need.
 uint64_t bucket_count(const Rect& crop, int bucket_size);
 uint64_t bucket_list_bytes(const Rect& crop, int bucket_size);
 

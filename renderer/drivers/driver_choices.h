@@ -22,7 +22,7 @@ inline constexpr std::string_view kDefaultEstimator = "nested";
 // Says how a pixel without samples is shown: as its nearest neighbour, or as a blend of pixels.
 enum class Reconstruction { kDuplicate, kLinear };
 
-// The units of error (drivers/adaptive/error_estimator.h).
+// How a squared error is weighted (error_metric_table() in drivers/adaptive/error_estimator.h).
 enum class ErrorMetric { kMse, kRelMse, kDisplay };
 
 // Setting `part`: selects every `count`-th tile in the driver's order, starting with tile `index`.

@@ -76,7 +76,7 @@ struct Frame {
   const PixelFilter& filter;
   int width = 0, height = 0;
   Rect crop;                       // the rendered pixels; the whole frame if not cropped
-  uint32_t first_sample = 0;       // index of each pixel's first sample: sample 0 of the film
+  uint32_t first_sample = 0;       // index of every pixel's first sample; drivers count from it
   uint32_t samples_per_pixel = 1;  // per pixel; for `adaptive` the average, 0 for no limit
   uint32_t seed = 0;
   StreamCount streams = StreamCount::kOne;

@@ -124,9 +124,10 @@ class FrameDriver {
   // continue, with a bit-identical result. The caller must store which parts of round() are done.
   // Loading throws InputError for an invalid state.
   virtual void archive(Archive& archive, const FilmTile& film) = 0;
-  // Continues a finished frame with a new driver, whose settings must extend those of the frame.
-  // Loads the frame's state and continues from its film. Drivers whose requests do not depend on
-  // the film start again at the first sample; the caller skips samples that the film already has.
+  // Makes this new driver continue a finished frame: loads the frame's state and continues from the
+  // frame's film. The driver's settings must extend those of the frame. Drivers whose requests do
+  // not depend on the film start again at the first sample; the caller skips samples that the film
+  // already has.
   virtual void extend(Archive& /*finished*/, const FilmTile& /*film*/) {}
 
   // Returns the bytes that the driver uses, without the film.

@@ -21,8 +21,8 @@ uint64_t job_bytes_per_pixel(const DriverFactory& drivers, const AovSet& aovs);
 uint64_t tile_bytes_per_pixel(const DriverFactory& drivers, const AovSet& aovs);
 
 // Returns the additional bytes per pixel that RenderJob::deliver() needs if some pixels have no
-// samples. This memory holds the picture and, computed from it, the displayed values of `layers`
-// layers or lights.
+// samples. This memory holds a picture and, computed from it, the displayed values of `layers`
+// light groups or light-path layers.
 uint64_t delivery_bytes_per_pixel(size_t layers);
 
 // Resets the film to the crop. Throws RenderError if there is not enough memory.

@@ -149,7 +149,8 @@ bool needs_next_frame(const FrameSettings& settings) {
 Mat44d rotate_about_vertical(Mat44d m, int64_t frames, int64_t count, const Vec3d& center) {
   const int64_t place = (frames % count + count) % count;
   if (place == 0) return m;
-  // Quarter turns are done exactly: frame 10 of 36 is one quarter turn plus an angle of 0.
+  // Rotates exactly by whole quarter turns, and by `angle` for the rest. For example, 9 of 36
+  // frames are one quarter turn, so `angle` is 0.
   const double angle = double(4 * place % count) / double(count) * kPiD / 2;
   double c = std::cos(angle), s = std::sin(angle);
   for (int64_t quarter = 0; quarter < 4 * place / count; ++quarter) {

@@ -31,8 +31,8 @@ void apply_animation(const AnimationEdit& edit, FrameSettings& settings);
 // If the shutter is open but the scene is at rest, logs why nothing is blurred.
 void hint_at_rest(const FrameSettings& settings, const SceneDescription& scene);
 
-// Returns the options for reading the scene file. Edits may need more of the file. Throws
-// UsageError.
+// Returns the options for reading the parts of the scene file that the settings need. Edits may
+// need further parts (AdditionalParts in scene_file.h). Throws UsageError.
 GltfOptions load_options(const FrameSettings& settings);
 
 // Logs a warning if texels of a picture had to be repaired. Call this once per file.
@@ -63,8 +63,8 @@ CameraDescription choose_camera(const FrameSettings& settings, const SceneDescri
 CameraDescription apply_turntable(CameraDescription camera, const FrameSettings& settings,
                                   const WorldBounds& bounds);
 
-// Creates the camera for the frame's size. Throws UsageError if the settings' view or lens is
-// unusable, and InputError if the file's view or lens is.
+// Creates the camera for the frame's size. If the view or lens is unusable, throws UsageError if it
+// comes from the settings, and InputError if it comes from the file.
 Camera create_camera(const FrameSettings& settings, const CameraDescription& camera,
                      const Scene& scene);
 

@@ -53,7 +53,7 @@ struct SunPosition {
   double elevation = 0, azimuth = 0;
 };
 
-// Names must be in their tables, for example driver_table() and integrator_table().
+// Members such as `driver` and `integrator` hold a name from a table such as driver_table().
 struct FrameSettings {
   std::string scene;          // file path
   std::string resource_root;  // files outside this folder are rejected; empty: the scene's folder

@@ -23,7 +23,9 @@ class LiveDenoiser {
 
   struct Source {
     const LivePicture& picture;
-    const LivePicture* region;    // a film of a region where pixels may have more samples; or null
+    // A picture of a region of the frame, used for pixels that have more samples in it. May be
+    // null.
+    const LivePicture* region;
     const PixelLattice* lattice;  // the pixels with samples; null: all pixels
     double samples_per_pixel;
     bool mixed;  // light groups were remixed, so the colours differ from those of the film

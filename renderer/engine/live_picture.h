@@ -60,7 +60,7 @@ class TilePicture final : public LivePicture {
   // Mixes the light groups on the calling thread.
   void resolve(std::span<float> rgba, const LightMix* mix = nullptr) const override;
   const FilmTile& film() const override { return *film_; }
-  // Returns kUnfinished for pixels outside the added tiles. Returns kNone for the others if the
+  // Returns kUnfinished for pixels outside the added tiles. For other pixels, returns kNone if the
   // tiles have no `stop` channel.
   PixelStop current_stop(int x, int y) const override;
 

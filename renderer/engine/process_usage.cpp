@@ -26,8 +26,8 @@ std::optional<T> read_positive(const char* variable) {
 }  // namespace
 
 uint64_t peak_rss_bytes() {
-  // getrusage() is only the fallback. exec does not reset its peak, so a render that a large
-  // program has started would report that program's memory.
+  // getrusage() is only the fallback, because exec does not reset the peak that it returns. A
+  // render that a large program has started would report that program's memory.
   std::istringstream status(read_kernel_text("/proc/self/status"));
   for (std::string line; std::getline(status, line);) {
     if (line.starts_with("VmHWM:")) return std::strtoull(line.c_str() + 6, nullptr, 10) * 1024;
@@ -66,7 +66,7 @@ std::string host_name() {
 }
 
 std::optional<uint64_t> slurm_memory_bytes() {
-  constexpr int64_t kMaxMebibytes = int64_t(1) << 40;  // MiB; 0 stands for --mem=0, the whole node
+  constexpr int64_t kMaxMebibytes = int64_t(1) << 40;  // MiB; 0 (--mem=0: whole node) is ignored
   const auto mebibytes = read_positive<int64_t>("SLURM_MEM_PER_NODE");
   return mebibytes && *mebibytes < kMaxMebibytes ? std::optional(uint64_t(*mebibytes) << 20)
                                                  : std::nullopt;

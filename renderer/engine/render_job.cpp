@@ -33,8 +33,9 @@ std::vector<Rgb> resolve_groups(const LivePicture& picture, LightMix::Source of,
   return lights;
 }
 
-// Returns the end of the parts to render before the next pause. It is the number of parts, or less
-// if a picture is wanted after `samples_to_picture` samples.
+// Returns the end of the range of parts to render before the next pause. These are all parts of the
+// round or, if a picture is wanted after `samples_to_picture` samples, only the parts up to that
+// number.
 size_t end_before_pause(const FrameDriver& driver, const Round& round, size_t begin,
                         std::optional<uint64_t> samples_to_picture) {
   if (!samples_to_picture) return round.parts;
@@ -177,7 +178,7 @@ void RenderJob::render_crop(RenderLoop& loop) {
     driver_->rendered(parts, *film_);
     if (!parts.complete) break;
     const bool round_done = parts.end == round.parts;
-    // Asks the driver again, because it may have released the finished round.
+    // Asks the driver for its current round, because it may have released the finished one.
     parts_done_ = round_done ? driver_->round().parts : parts.end;
     progress.pass = round.pass;
     progress.samples = counters_.samples;

@@ -67,7 +67,8 @@ class RenderLoop {
   std::mutex mutex_;
 };
 
-// If the driver shows other values than the film's means, writes these values into the film.
+// If the picture that the driver shows differs from the film's means, writes the shown values into
+// the film.
 void store_driver_picture(const FrameDriver& driver, FilmTile& film);
 
 // The parts of one round. Any number of workers take them in order.
@@ -104,7 +105,7 @@ class RoundWork {
 
   size_t parts_left() const { return end_ - std::min(end_, next_.load(std::memory_order_relaxed)); }
   // Must be called after all workers have returned, but not after abandon(). If parts are left,
-  // `stopped` says whether a stop request is the reason; otherwise it is a pause.
+  // `stopped` must be true after a stop request and false at a pause.
   RenderedParts rendered(bool stopped) const;
 
  private:
@@ -160,7 +161,7 @@ class TileOwner {
   TileOwner(const TileOwner&) = delete;
   TileOwner& operator=(const TileOwner&) = delete;
 
-  // Renders the round together with helpers, whose counts are added to `counters`. Returns after
+  // Renders the round together with helpers. Adds the helpers' counts to `counters`. Returns after
   // all helpers have finished. If one of the threads throws, no further part begins and execute()
   // rethrows the exception.
   void execute(RoundWork& work, RenderWorker& worker, RenderCounters& counters);

@@ -37,7 +37,8 @@ StreamCount streams_of(const FrameSettings& o, StreamCount fallback) {
   return aovs_of(o).contains(Aov::kDenoising) ? StreamCount::kTwo : fallback;
 }
 
-// If pixels have few samples, shortens the blocks of samples, so that each half still gets a block.
+// The two halves get alternate blocks of samples. If pixels have few samples, shortens the blocks,
+// so that each half still gets one.
 void shorten_half_blocks(uint32_t samples, RenderPlan& plan) {
   if (!plan.aovs.contains(Aov::kDenoising) || samples >= kMinStreamSamples) return;
   plan.half_block = (samples + 1) / 2;

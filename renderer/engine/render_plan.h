@@ -65,13 +65,13 @@ struct RenderPlan {
   // samples as the frame, unless the sampler's weights depend on the sample count.
   std::unique_ptr<RenderJob> prepare_stage(const OpenScene& scene, const Camera& camera,
                                            const StageOptions& stage) const;
-  // Returns the frame without creating a job. Ignores a shutter that the edits set, because only
-  // prepare() takes it from the open scene.
+  // Returns the frame without creating a job. Ignores a shutter that the edits set; only prepare()
+  // reads it, from the open scene.
   Frame frame(const Scene& scene, const Camera& camera, const SceneParts& parts = {},
               const std::stop_token& stop = {}) const;
   DriverFactory drivers() const { return driver_factory(*driver, driver_settings); }
-  // Returns the number of buckets that are divided among the parts of the frame. Throws UsageError
-  // if there are too many buckets.
+  // Returns the number of buckets in the crop. The setting `part` divides them among jobs. Throws
+  // UsageError if there are too many buckets.
   size_t buckets() const;
 
   const DriverEntry* driver;
@@ -79,7 +79,7 @@ struct RenderPlan {
   int width, height;
   Rect crop;  // the whole frame by default
   uint32_t first_sample = 0;
-  uint32_t samples_per_pixel = 0;  // if not is_uniform: on average; 0: until the threshold is met
+  uint32_t samples_per_pixel = 0;  // an average if not is_uniform; 0: until the threshold is met
   bool is_uniform = true;          // every pixel gets the same number of samples
   double time_budget_s = 0;        // as in Frame
   uint32_t seed;                   // sampling_seed()
@@ -132,7 +132,8 @@ std::string_view allocation_of(const FrameSettings& settings);
 
 // This value of `judge` stands for all channels that the frame delivers.
 inline constexpr std::string_view kJudgeDelivered = "delivered";
-// Returns the channels whose error decides how many samples a pixel gets. Empty if only R G B do.
+// Returns the channels whose error decides how many samples a pixel gets. Empty if only the error
+// of R G B decides this.
 std::vector<JudgedChannel> judged_channels_of(const FrameSettings& settings);
 // Replaces `judge` by a list of these channels.
 void set_judged_channels(std::span<const JudgedChannel> channels, FrameSettings& settings);

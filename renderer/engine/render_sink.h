@@ -28,8 +28,8 @@ class RenderSink {
   virtual ~RenderSink() = default;
   // A tiled driver is about to begin the tile with these pixels.
   virtual void tile_begun(const Rect& /*pixels*/) {}
-  // All samples of the tile are done. The tile is reused after the call. If this throws, the frame
-  // is abandoned and render() rethrows.
+  // All samples of the tile are done. After the call, the caller reuses `tile`. If this throws, the
+  // frame is abandoned and render() rethrows.
   virtual void tile_finished(const FilmTile& tile) = 0;
   // Like tile_finished(), but an earlier run has finished the tile with this many samples.
   virtual void tile_loaded(const FilmTile& tile, uint64_t /*samples*/) { tile_finished(tile); }

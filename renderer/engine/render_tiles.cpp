@@ -1,4 +1,4 @@
-// The parts of RenderJob for tiled drivers.
+// The member functions of RenderJob that only tiled drivers need.
 #include <tbb/task_arena.h>
 
 #include <algorithm>
@@ -38,7 +38,7 @@ std::optional<double> error_of_tiles(std::span<const Rect> tiles,
 
 namespace {
 
-// Ignores samples whose only purpose is to measure the pace.
+// A sink for samples that only measure the speed. It ignores them.
 class SilentSink final : public RenderSink {
  public:
   void tile_finished(const FilmTile&) override {}
@@ -100,7 +100,7 @@ void RenderJob::measure_tiles(RenderLoop& loop, std::span<const Rect> tiles, uin
       const Stopwatch watch;
       worker.render(list, film, sink, loop.stop);
       const double seconds = watch.seconds();
-      const RenderCounters counters = worker.take_counters();  // they do not belong to the frame
+      const RenderCounters counters = worker.take_counters();  // not added to the frame's
       const double per_sample =
           double(tile.area()) / double(std::max<uint64_t>(1, counters.samples));
       costs[i].add(per_sample * work_of(counters.rays), per_sample * seconds);
@@ -108,9 +108,9 @@ void RenderJob::measure_tiles(RenderLoop& loop, std::span<const Rect> tiles, uin
   });
 }
 
-// Measures three times, because the first samples are slower than later ones. Then measures until
-// kMinTime, as a fraction of the time budget, is over. A single measurement costs about as much as
-// a sixth of a sample in every pixel.
+// Measures three times, because the first samples are slower than later ones, and then continues
+// until kMinTime is over. The times are fractions of the time budget. A single measurement costs
+// about as much as a sixth of a sample in every pixel.
 void RenderJob::begin_budget(RenderLoop& loop, std::span<const Rect> tiles,
                              std::optional<TileBudget>& budget) const {
   constexpr uint32_t kSamples = 4, kMinSamplesPerPixel = 12, kMaxSamplesPerPixel = 96;

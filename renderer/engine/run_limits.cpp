@@ -55,7 +55,7 @@ std::optional<uint64_t> cgroup_memory_limit(std::string_view groups, const fs::p
 }
 
 LoadLimits read_back_limits(int64_t pixels) {
-  // Enough for the encoded and decoded channels of a reference, plus the codec's rows.
+  // Enough for the picture's encoded and decoded channels, plus the codec's rows.
   constexpr uint64_t kBytesPerPixel = 256, kBaseBytes = uint64_t(64) << 20;
   return {.memory = std::make_shared<MemoryBudget>(
               kBaseBytes + bytes_of(uint64_t(std::max<int64_t>(0, pixels)), kBytesPerPixel)),

@@ -67,8 +67,8 @@ class SceneSource {
   using Reservations = std::array<uint64_t, 4>;
 
   Reservations reserved() const;
-  // Returns the reservations made since begin(), except those for data that the file keeps. Adds
-  // the latter to scene_reservations_.
+  // Returns the reservations made since begin() for data of the pose. Adds those for data that the
+  // file keeps to scene_reservations_.
   Reservations take_reservations();
   void release(const Reservations& use);
 

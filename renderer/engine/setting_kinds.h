@@ -152,7 +152,7 @@ Setting names(const std::string& name, const OptionText& help, const Table& tabl
           read, member_text<Member>,     choices_of(table)};
 }
 
-// Gives the setting no text while its value is the default.
+// Returns the setting, changed so that text() returns an empty text for the default value.
 inline Setting omit_default(Setting setting) {
   setting.text = [text = setting.text](const FrameSettings& s) {
     std::string value_text = text(s);

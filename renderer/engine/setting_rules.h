@@ -23,8 +23,8 @@ struct SettingCondition {
 };
 using AnyCondition = std::vector<SettingCondition>;  // holds if one of its conditions holds
 
-// A rule applies if one of `about` and none of `unless` holds. Then one of `needs` and none of
-// `excludes` must hold.
+// A rule applies if at least one condition in `about` and none in `unless` holds. Then at least one
+// in `needs` (unless it is empty) and none in `excludes` must hold.
 struct SettingRule {
   AnyCondition about;
   AnyCondition needs = {};

@@ -23,7 +23,7 @@ enum class SettingGroup : uint8_t {
   kLight,     // environment, backfaces
   kView,      // camera, crop
   kSample,    // definition of a sample
-  kSeed,      // noise realisation
+  kSeed,      // pattern of the noise
   kSchedule,  // order of the work
   kCounts,    // number of samples per pixel
   kChannels,  // recorded channels

@@ -4,8 +4,8 @@
 
 namespace emberline {
 
-// Expands a part, but leaves out samples that the film already has. A pixel's sample count tells
-// which samples these are, because samples are added in index order.
+// Lists the pixels of a part and their samples, except the samples that the film already has. A
+// pixel's sample count tells which samples these are, because samples are added in index order.
 void RoundWork::expand(size_t part, std::vector<PixelWork>& list) const {
   list.clear();
   driver_.expand(part, list);

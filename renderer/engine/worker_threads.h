@@ -13,9 +13,9 @@ namespace emberline {
 // be started.
 class WorkerThreads {
  public:
-  // 0 requests one thread per usable processor. There are fewer threads if the Slurm job has fewer
-  // processors. There are also fewer, with a warning, if the system cannot start as many. Throws
-  // RenderError if a number above 0 is requested and cannot be started.
+  // 0 requests one thread per usable processor, or fewer if the Slurm job has fewer processors. If
+  // the system cannot start that many, there are fewer threads, with a warning. Throws RenderError
+  // if a number above 0 is requested and cannot be started.
   explicit WorkerThreads(int requested);
 
   int count() const { return count_; }

@@ -115,8 +115,8 @@ struct ChannelRow {
   void (*add)(const FilmSample& sample, double* sums) = nullptr;
   uint32_t sums = 0;
   float background = 0.0f;  // value if no sample hit a surface
-  // For kCount, adds a sample to the row's counters, one per component. For kFirstHit, writes the
-  // sample's number; the film stops calling it once the number is not 0.
+  // For kCount, adds a sample to the row's counters, one per component. For kFirstHit, writes a
+  // number such as an id; once it is not 0, the film does not call `count` for the pixel again.
   void (*count)(const FilmSample& sample, uint32_t* numbers) = nullptr;
   // Writes the values of pixel i. If null, the film computes the values from the sums according to
   // `kind`.

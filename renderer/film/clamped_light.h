@@ -1,7 +1,7 @@
 // Light that --clamp-indirect removes from a frame, in total and for each light group.
 //
-// The sums are integers: they count units of radiance that are far below the limit. So they do not
-// depend on the order in which the sums of threads and parts are added.
+// Radiance is summed in integer multiples of a unit that is far below the limit. So the total does
+// not depend on the order in which the sums of threads and parts are added.
 #pragma once
 
 #include <array>

@@ -3,8 +3,8 @@
 // transparency", SIGGRAPH 2015 posters; specification 1.2).
 //
 // For each kind, a pixel keeps a list of ids, and for each id the summed filter weights of the
-// samples that saw it. If the list is full, a new id replaces the id with the smallest sum, which
-// is added to the list's dropped weight, so no weight is lost. The list does not depend on the
+// samples that saw it. If the list is full, a new id replaces the id with the smallest sum. This
+// sum is added to the list's dropped weight, so no weight is lost. The list does not depend on the
 // schedule, because one owner adds a pixel's samples in index order.
 #pragma once
 

@@ -7,7 +7,7 @@ namespace emberline {
 struct FilmExtras {
   bool squares = false;  // squares of the radiance, for the variance of a sample
   bool rays = false;     // rays traced for a pixel, as the cost of its samples
-  // Room for set_sample_variance(), if the film has the `variance` channel: 16 bytes per pixel.
+  // Reserves 16 bytes per pixel for set_sample_variance(), if the film has the `variance` channel.
   bool sample_variance = false;
   // Number of light groups, or -1 if light groups are not recorded. Each pixel takes 24 bytes for
   // each group, plus 24 bytes.

@@ -68,7 +68,7 @@ enum class Sums : uint8_t {
 };
 inline constexpr size_t kNamedSums = size_t(Sums::kRow);
 
-// A pixel of a film: its index, and the start of each part's plane.
+// A pixel of a film: its index, and the start of each block's plane.
 struct FilmPixel {
   std::byte* const* planes;
   size_t index;
@@ -78,10 +78,11 @@ class FilmLayout {
  public:
   explicit FilmLayout(const FilmContents& contents);
 
+  // How the film stores one block.
   struct Part {
     Sums block = Sums::kPixel;
     size_t index = 0;   // index among the parts
-    size_t bytes = 0;   // per pixel; 0: the film lacks the part
+    size_t bytes = 0;   // per pixel; 0: the film lacks the block
     size_t offset = 0;  // bytes per pixel of the preceding planes
     // For a SumGroup or kRow: the rows, the total number of their sums, and whether only samples
     // that hit a surface count. If so, the number of those samples (uint32_t) follows the sums.
@@ -90,7 +91,7 @@ class FilmLayout {
     bool hits_only = false;
   };
   const FilmContents& contents() const { return contents_; }
-  // All parts (one per block) in the order of Sums, including the blocks that the film lacks.
+  // One part per block, in the order of Sums, including the blocks that the film lacks.
   const std::vector<Part>& parts() const { return parts_; }
   const Part& part(Sums block) const { return parts_[size_t(block)]; }
   bool has(Sums block) const { return part(block).bytes > 0; }

@@ -25,8 +25,10 @@ class LightMix;
 // A view of a pixel's sums, which the film owns.
 class LightGroupSums {
  public:
-  // `sums` and `remainders` each point to bytes_per_pixel(groups) / 2 bytes. With -1 groups,
-  // nothing is kept. With 0 groups, no light is recorded, but relighting works.
+  // `sums` and `remainders` each point to bytes_per_pixel(groups) / 2 bytes: three floats for each
+  // group, and three for the sample count and alpha. If `groups` is 0, only the sample count and
+  // alpha are stored, and relighting gives black with the right alpha. If it is -1, the film does
+  // not record light groups, and nothing is stored.
   LightGroupSums(float* sums, float* remainders, int groups)
       : sums_(sums), remainders_(remainders), groups_(groups) {}
   static size_t bytes_per_pixel(int groups) { return 2 * 3 * size_t(groups + 1) * sizeof(float); }

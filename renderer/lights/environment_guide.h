@@ -100,7 +100,7 @@ class EnvironmentGuide {
   SkyRegions regions_;
   std::vector<Tile> tiles_;
   double mass_ = 0;                                // of all tiles
-  std::vector<int> tile_of_row_, tile_of_column_;  // a texel's tile: sum of its two entries
+  std::vector<int> tile_of_row_, tile_of_column_;  // a texel's tile is the sum of both
   std::vector<double> row_sums_;         // per column of tiles: running sums over the map's rows
   std::vector<float> residual_density_;  // per tile: residual_mass / solid_angle
   // For each region, factors_ has the density of each tile relative to the light's own density.

@@ -108,7 +108,7 @@ struct LightQuery {
 
 struct LightRequest {
   LightQuery query;
-  float u_pick = 0.0f;  // chooses the light; the remainder makes further choices
+  float u_pick = 0.0f;  // chooses the light; its remainder is reused for further choices
   Vec2f u;              // chooses the point on the light
 };
 

@@ -64,7 +64,7 @@ class SkyRegions {
   std::span<float> visibility(int region) {
     return {&visibility_[first_tile(region)], sky_tiles::kCount};
   }
-  // Frees the memory of the visibilities. Call this when they have been read.
+  // Frees the memory of the visibilities. Call this once they have been read.
   void release_visibility() { visibility_ = std::vector<float>(); }
   // The number of points in the region from which the environment was surveyed.
   uint32_t& places(int region) { return places_[size_t(region)]; }

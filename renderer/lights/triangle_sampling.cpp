@@ -93,12 +93,12 @@ template <class... Coefficients>
 }
 
 // Samples a direction in the spherical triangle by Arvo's method, rearranged for precision. The
-// angle alpha at vertex a comes from the normals of two planes. Arvo chooses a point on the side
-// from a to c by the cosine of its arc from a. The code computes 1 minus this cosine instead. It is
-// the product of (1 - cos area) and (1 + cos ab), divided by a sum. Here `area` is the sampled part
-// of the solid angle, and ab is the arc from a to b (`c` in the names below). The sum cancels only
-// where the chosen point approaches vertex c. The result is accurate even if a and b are opposite,
-// as they are when seen from the foot of a wall.
+// angle alpha at vertex a comes from the normals of two planes. Arvo first chooses a point on the
+// side from a to c, and computes the cosine of the arc from a to this point. The code computes 1
+// minus this cosine instead, as (1 - cos area) (1 + cos ab) divided by a sum. Here `area` is the
+// sampled part of the solid angle, and ab is the arc from a to b (`c` in the names below). The sum
+// cancels only where the chosen point approaches vertex c. The result is accurate even if a and b
+// are opposite, as they are when seen from the foot of a wall.
 [[gnu::always_inline]] inline Vec3d sample_direction(const ProjectedTriangle& t, const Vec2f& u) {
   const Vec3d plane_ab = cross(t.a, t.b), plane_ac = cross(t.a, t.c);
   const double scale = reciprocal(std::sqrt(dot(plane_ab, plane_ab) * dot(plane_ac, plane_ac)));

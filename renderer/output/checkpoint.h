@@ -5,7 +5,8 @@
 // replaces the whole file at intervals. The file (io/files/record_file.h) starts with a JSON head
 // (checkpoint_head.h):
 //   "bits"        kBitsVersion; "emberline" has the readable version
-//   "settings"    settings that affect the bits, by name (setting_table.h); "schedule": the rest
+//   "settings"    settings that affect the bits, by name (setting_table.h)
+//   "schedule"    the other settings
 //   "inputs"      fingerprints of the input files; "files" has their paths
 //   "machine"     host, instruction sets, processor maker, Embree version
 //   "light layers"  layer names, if there are light groups

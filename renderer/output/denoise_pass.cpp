@@ -30,7 +30,7 @@ constexpr int kBandRows = 384;
 constexpr uint64_t kFilterBytes = 368, kLightGroupBytes = 88;
 // Additional bytes per pixel if there are any neighbouring frames. Their number does not matter.
 constexpr uint64_t kAcrossBytes = 320, kAcrossLightGroupBytes = 88;
-// Additional rows that are read of a neighbour, above and below the frame's rows.
+// Rows that are read from a neighbouring frame above and below the filtered rows.
 constexpr int kNeighbourRows = kMotionReach + kNeighbourReach;
 static_assert(kNeighbourReach >= kVelocityReach);
 constexpr std::array kChannels = {"R", "G", "B"};
@@ -38,14 +38,15 @@ constexpr std::array kColour = {".R", ".G", ".B"};
 constexpr const char* kLightLayer = "light.";
 const std::array<std::string, 2> kVelocity = {"velocity.X", "velocity.Y"};
 
-// A feature, and the largest difference at which a neighbour's pixel counts as the same surface.
+// A feature, and how much it may differ in a neighbouring frame's pixel that shows the same
+// surface.
 struct FeatureChannel {
   const char* name;
   float tolerance;
 };
 constexpr FeatureChannel kFeatures[] = {
     {"N.X", 0.1f}, {"N.Y", 0.1f}, {"N.Z", 0.1f}, {"nearness", 0.01f}};
-// The feature that is not compared: it changes with the objects near a surface.
+// This feature is not compared between frames, because it changes with the objects near a surface.
 constexpr const char* kUncomparedFeature = "visibility";
 
 using Names = std::span<const std::string>;
@@ -75,8 +76,8 @@ int read_rows(int rows_at_once) {
 int margin_rows(size_t neighbours) {
   return neighbours == 0 ? kDenoiseMargin : kDenoiseMargin + kAcrossMargin;
 }
-// Returns the number of rows in a band and `margin` rows above and below it, plus the extra rows
-// that the last read may add.
+// Returns how many rows a window may hold: a band, `margin` rows above and below it, and the extra
+// rows that the last read may add.
 int64_t window_rows(const Rect& crop, int tile_size, int rows_at_once, int margin) {
   return std::min(int64_t(crop.height()),
                   int64_t(band_rows(tile_size)) + 2 * margin + rows_at_once);
@@ -160,8 +161,8 @@ class PlaneWindow {
   int begin_ = 0, end_ = 0;
 };
 
-// `colour_layer` is the prefix of the colour channels. For a neighbour it is "shared.", because no
-// other colours are read.
+// `colour_layer` is the prefix of the colour channels. For a neighbouring frame it is "shared.",
+// because these are the only colours that are read from it.
 DenoiseInput input_of(const PlaneWindow& window, const Rect& crop,
                       std::span<const std::string> layers, const std::string& colour_layer) {
   DenoiseInput input;
@@ -241,9 +242,9 @@ class DenoisePass {
     write(picture, begin, end);
   }
 
-  // Follows the motion of the frame's pixels to each neighbour. Returns two planes of the frame's
-  // window for each neighbour: the x and the y of each pixel in the neighbour's window. They are
-  // NaN outside rows [first, last).
+  // Follows the motion of the denoised frame's pixels to each neighbouring frame. Returns two
+  // planes for each neighbour, with an entry for each pixel in window_: the x and the y to which
+  // the pixel moves in the neighbour's window. They are NaN outside rows [first, last).
   std::vector<std::vector<float>> find_positions(int first, int last) const {
     const std::vector<float> unknown(size_t(window_.rows()) * size_t(job_.crop.width()),
                                      std::numeric_limits<float>::quiet_NaN());
@@ -294,7 +295,7 @@ class DenoisePass {
     return picture;
   }
 
-  // Sets pixels without samples to the frame's values, which may be filled in from neighbouring
+  // Gives pixels without samples their undenoised values, which may be filled in from neighbouring
   // pixels.
   void copy_unsampled(int begin, int end, DenoisedPicture* picture) const {
     const HalfPlanes samples = window_.halves("samples");

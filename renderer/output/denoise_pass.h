@@ -19,7 +19,7 @@ struct DenoiseReport {
   double unchanged_fraction = 0.0;               // fraction of pixels left unfiltered
   double seconds = 0.0;
   bool stopped = false;  // stopped early; the remaining pixels are unfiltered
-  // The number of frames that a pixel combines on average; 0 if there were no neighbours.
+  // Average number of frames whose samples a denoised pixel combines; 0 without neighbours.
   double frames = 0.0;
 };
 
@@ -29,8 +29,8 @@ std::string describe(const DenoiseReport& report);
 
 // Returns the channels that denoise() needs but `channels` lacks.
 std::vector<std::string> missing_denoise_channels(std::span<const std::string> channels);
-// Returns the channels that denoising reads from a neighbouring frame. `channels` are the channels
-// of the frame itself, which must have all returned channels too.
+// Returns the channels that denoising a frame reads from earlier and later frames. The denoised
+// frame has the channels `channels`, which must include all returned channels.
 std::vector<std::string> neighbour_channels(std::span<const std::string> channels);
 // Returns the channels that denoising adds: denoised.{R,G,B}, denoised.error and, for each light
 // group, denoised.light.NAME.{R,G,B}.
@@ -42,7 +42,8 @@ std::vector<float> denoised_rgba(std::span<const float> pixels,
                                  std::span<const std::string> channels);
 
 // Returns an upper bound on the memory that a DenoiseJob needs. `channels` are the channels of a
-// film, before shared samples are summed (renderer/film/shared_samples.h).
+// film, before the samples that neighbouring pixels share are summed
+// (renderer/film/shared_samples.h).
 uint64_t denoise_bytes(const Rect& crop, int tile_size, std::span<const std::string> channels,
                        int rows_at_once = 1, size_t neighbours = 0);
 
@@ -55,7 +56,8 @@ struct RowSource {
   int rows_at_once = 1;
   std::function<void(const Rect& rows, std::vector<float>& pixels)> read;
 };
-// A frame of the same sequence with the same crop. `rows.channels` are neighbour_channels().
+// An earlier or later frame of the animation, with the same crop. `rows.channels` are
+// neighbour_channels().
 struct DenoiseNeighbour {
   int offset = 0;  // 1 is the next frame, -1 the frame before
   RowSource rows;
@@ -65,9 +67,9 @@ struct DenoiseJob {
   Rect crop;
   RowSource rows;      // its channels must include all that denoise() needs
   int tile_size = 64;  // of the output tiles
-  // Neighbouring frames whose samples are combined with the frame's, in the order of |offset|. A
-  // neighbour is used only if all frames between it and this frame are in the list, because motion
-  // is followed from one frame to the next.
+  // Earlier and later frames whose samples are combined with those of the denoised frame, sorted by
+  // |offset|. A neighbour is used only if all frames between it and the denoised frame are in the
+  // list, because motion is followed from one frame to the next.
   std::vector<DenoiseNeighbour> neighbours = {};
   // `write` receives a tile of the crop. Each pixel has the values of `rows.channels`, followed by
   // the denoising results. Any thread may call `write`.

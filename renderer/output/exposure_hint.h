@@ -14,7 +14,7 @@ namespace emberline {
 
 class ExposureHint {
  public:
-  // `transform` decides which radiance is displayed as white, because a view may compress
+  // Uses `transform` to find the radiance that is displayed as white, because a view may compress
   // highlights.
   ExposureHint(const DisplayTransform& transform, float exposure);
 

@@ -63,7 +63,7 @@ struct FrameSummary {
   Vec2i pixel = {};
   std::vector<float> values;  // the pixel's channels
   double pixels = 0, samples = 0, least = INFINITY, most = 0;
-  double errors = 0, error_squares = 0, above = 0;  // only over the pixels that have an error
+  double errors = 0, error_squares = 0, above = 0;  // only over pixels with a known error
   float largest_error = -1;
 };
 

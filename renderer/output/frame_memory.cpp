@@ -70,8 +70,8 @@ uint64_t light_group_bytes(const RenderOptions& options, const OutputSettings& s
   return bytes + output_bytes(options, settings, layers) - output_bytes(options, settings, {});
 }
 
-// Returns the bytes that light groups add per pixel of a tile: for the full film and, with
-// denoising, for one half.
+// Returns the bytes that light groups add per pixel of a tile: for the film of all samples and,
+// with denoising, for the film of one half.
 uint64_t light_tile_bytes_per_pixel(const RenderPlan& plan, size_t lights) {
   const uint64_t films = plan.aovs.contains(Aov::kDenoising) ? 2 : 1;
   const uint64_t judged = plan.driver->tiles ? judged_light_bytes(plan, lights) : 0;
@@ -112,7 +112,7 @@ uint64_t output_bytes(const RenderOptions& options, const OutputSettings& settin
                       const std::vector<std::string>& layers) {
   uint64_t per_pixel = 0;
   for (const std::string& path : options.outputs) {
-    // Counts the picture and its encoded file, which is at most as large.
+    // Counts the picture and its encoded file, which is at most as large as the picture.
     if (!is_exr(path)) per_pixel += 2 * (settings.transparent ? 4 : 3);
   }
   for (const std::string& path : options.heatmaps) {

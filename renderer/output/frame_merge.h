@@ -103,8 +103,8 @@ class FrameMerge {
   std::optional<double> error_estimate() const { return error_; }
 
  private:
-  // The parts that have the same seed and sample range. Unless the frame has holes, they cover all
-  // tiles between them.
+  // The parts that have the same seed and sample range. Together they cover all tiles, unless the
+  // frame has holes.
   struct Group {
     uint32_t seed = 0, first_sample = 0, end_sample = 0;
     std::vector<const StoredFrame*> frames_by_tile;  // by tile number; null if missing

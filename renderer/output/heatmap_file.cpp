@@ -21,8 +21,8 @@ void check_heatmap_format(const std::string& option, const std::string& path, co
     throw UsageError("{} {}: unknown format; valid suffixes are .exr, .png, .jpg, .jpeg", option,
                      path);
   }
-  // libjpeg's limit is 65500 pixels per side (JPEG_MAX_DIMENSION). The pixels above kJpegLimit are
-  // left for the legend, whose size grows with that of the frame.
+  // libjpeg's limit is 65500 pixels per side (JPEG_MAX_DIMENSION). kJpegLimit is lower, to leave
+  // room for the legend, whose size grows with that of the frame.
   constexpr int kJpegLimit = 50000;
   if (format == "jpeg" && std::max(crop.width(), crop.height()) > kJpegLimit) {
     throw UsageError("{} {}: JPEG holds heatmaps of at most {} pixels a side; write .exr or .png",

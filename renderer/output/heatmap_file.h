@@ -35,7 +35,7 @@ void check_heatmap_style(const HeatmapStyle& style,
                          std::span<const HeatmapQuantity* const> quantities);
 
 // Returns the names of the channels that the setting `judge` lists, for HeatmapStyle. Returns none
-// for a planned frame.
+// if the setting `plan` gives the sample counts.
 std::vector<std::string> judged_names(const FrameSettings& settings);
 
 // Whether the range is usable: the squares of its ends must be finite in float, and there must be

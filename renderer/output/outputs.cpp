@@ -105,8 +105,8 @@ ExrHeader frame_header(const OutputSettings& settings, std::vector<PictureChanne
   if (settings.explained) {
     header.attributes.emplace_back(kExplanationAttribute, std::string(kMaxExplanation, ' '));
   }
-  // The mattes' names may be megabytes long. They come last, so that is_unfinished_image() finds
-  // its attributes early.
+  // The mattes' names may be megabytes long. They come last, so that is_unfinished_image() soon
+  // finds the attributes that it reads.
   for (auto& attribute : cryptomatte_attributes(layers.cryptomattes)) {
     header.attributes.push_back(std::move(attribute));
   }

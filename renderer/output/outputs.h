@@ -29,7 +29,7 @@
 
 namespace emberline {
 
-// How a frame's files are written. The base ExrHeader still lacks the channels and the camera.
+// How a frame's files are written. The channels and the camera of the ExrHeader are still empty.
 struct OutputSettings : ExrHeader, FrameContents {
   Rect crop;
   DisplaySettings display;
@@ -42,7 +42,7 @@ struct OutputSettings : ExrHeader, FrameContents {
   std::vector<std::string> half;   // layer names
 };
 
-// Includes the channels that the heatmaps need.
+// Returns the settings of the frame's files. Their channels include those that the heatmaps need.
 OutputSettings output_settings(const RenderOptions& options, const Rect& crop);
 
 // The state that the EXR header records: "emberline:complete" ("true " or "false"),

@@ -21,8 +21,8 @@ void draw_leaf_borders(const RefinementTree& tree, std::span<float> rgba, int wi
 
 // Returns one JSON object:
 //   window           [x0, y0, x1, y1], half-open, in pixels
-//   phase, rounds    refinement_phase_name(), number of rounds inserted
-//   samples, pixels  number of inserted samples, number of pixels
+//   phase, rounds    refinement_phase_name(), number of rounds added to the tree
+//   samples, pixels  number of samples added to the tree, number of pixels
 //   settings         the tree's settings
 //   leaves_by_area   [n0, n1, ...]: nk is the number of leaves of 2^k .. 2^(k+1) - 1 pixels
 //   open             number of leaves that can still be split

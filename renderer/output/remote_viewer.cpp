@@ -16,8 +16,8 @@ constexpr double kMinInterval = 0.1;
 
 // Fraction of the render time that whole pictures may cost. The cost is the pauses for copying, in
 // which workers are idle, plus the sending thread's CPU time divided by the thread count. In all, a
-// viewer may cost 2 % of the render time. The other half is left for costs that are not measured
-// here (kernel, caches, a viewer on the same machine).
+// viewer may cost 2 % of the render time; half of that is left for costs that are not measured here
+// (kernel, caches, a viewer on the same machine).
 constexpr double kMaxCostFraction = 0.01;
 
 // Buckets smaller than this are combined into larger tiles for sending.

@@ -80,8 +80,8 @@ std::vector<std::pair<std::string, std::string>> settings_attributes(const Rende
 std::string replay_arguments(const NonFiniteSample& sample, const FrameSettings& settings) {
   const std::string arguments = fmt::format("{},{},{}", sample.x, sample.y, sample.sample);
   if (sample.seed == sampling_seed(settings)) return arguments;
-  // The sample's seed already includes the frame number, which `static-noise` keeps from being
-  // added again.
+  // The sample's seed already includes the frame number. `static-noise` prevents the replay from
+  // adding the number again.
   const std::string_view frame = sampling_seed(settings) == settings.seed ? "" : " `static-noise`";
   return arguments + spell_setting_names(fmt::format(" `seed` {}{}", sample.seed, frame));
 }

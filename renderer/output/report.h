@@ -92,8 +92,8 @@ std::string report_json(const RenderOptions& options, const RenderReport& report
 // settings would use another seed than the sample.
 std::string replay_arguments(const NonFiniteSample& sample, const FrameSettings& settings);
 
-// If some samples were not finite, warns and says how to replay the first of them. The message
-// continues with `how`, which is "with" and any further options that the replay needs.
+// If some samples were not finite, warns and says how to replay the first of them. In the message,
+// `how` comes before `replay`. It is "with" and any further options that the replay needs.
 void warn_about_non_finite(const RenderCounters& counters, const FrameSettings& settings,
                            const std::string& how = "with");
 

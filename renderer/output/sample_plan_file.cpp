@@ -112,7 +112,8 @@ SamplePlanFile::SamplePlanFile(const RenderOptions& options, const LoadLimits& l
   is_exr(path_) ? read_picture(options, limits) : read_plan(options, limits);
 }
 
-// Checks the planned pixels and reserves memory for their counts, which are read as bytes first.
+// Checks that the file's pixels, `planned`, contain the frame's crop. Then reserves memory for
+// their counts, twice, because they are first read as bytes.
 std::shared_ptr<SamplePlan> SamplePlanFile::reserve_counts(const RenderOptions& options,
                                                            const Rect& planned, int width,
                                                            int height, const LoadLimits& limits) {

@@ -38,7 +38,7 @@ class SamplePlanFile {
   const std::shared_ptr<const SamplePlan>& plan() const { return plan_; }
   // Throws an InputError that lists the differences if the plan was made for a frame other than the
   // one with the head `now`. The frame may be a crop or a part of the planned frame, and may have
-  // other channels. A finished frame has no head to compare.
+  // other channels. Does nothing if the file is a finished frame, which has no head.
   void check(const nlohmann::json& now) const;
 
  private:

@@ -62,9 +62,9 @@ class SnapshotRecorder {
   // Copies the picture if a snapshot is due. `elapsed_s` is the render time so far.
   void update(const JobProgress& progress, const LivePicture& picture, double elapsed_s);
 
-  // For RenderSink. is_due() returns whether a moment that is given in seconds is due.
-  // next_sample_count() returns the number of samples at which the next of the other moments is
-  // due. Any thread may call these functions, but not during update().
+  // For RenderSink. is_due() returns whether a snapshot with a moment in seconds is due.
+  // next_sample_count() returns the frame's sample count at which the next snapshot with another
+  // kind of moment is due. Any thread may call these functions, but not during update().
   bool is_due(double elapsed_s) const;
   std::optional<uint64_t> next_sample_count() const;
 

@@ -99,8 +99,8 @@ BorderedPlane colour_distance(const Half& here, const Half& there, const Bordere
   return out;
 }
 
-// Returns the weights for one half of a neighbouring frame. `here` is the other half of the frame,
-// and `there` is the other half of the neighbouring frame.
+// Returns the weights for one half of a neighbouring frame, computed from the opposite halves:
+// `here` is that of the denoised frame, `there` that of the neighbouring frame.
 BorderedPlane half_weights(const Half& here, const Half& there, const BorderedPlane& same_surface) {
   BorderedPlane weights = same_surface;
   const BorderedPlane distance = colour_distance(here, there, same_surface);
@@ -116,7 +116,7 @@ BorderedPlane half_weights(const Half& here, const Half& there, const BorderedPl
 }
 
 // Calls body(planes, index) for all planes that are averaged, in a fixed order: colour, albedo,
-// features, parts.
+// features, and the parts of DenoiseInput.
 template <typename Input, typename Body>
 void for_each_averaged(Input& input, const Body& body) {
   size_t index = 0;

@@ -9,8 +9,8 @@
 
 namespace emberline {
 
-// The mean over frames, as an input for prepare_halves(). A neighbouring frame's pixel has its
-// number of samples as weight, multiplied by
+// The mean over frames, as an input for prepare_halves(). A neighbouring frame's pixel is weighted
+// by its number of samples, multiplied by
 //   - exp(-d), which detects that another surface has come into view. Each feature's squared
 //     difference, less its noise, is divided by the squared tolerance or by the noise, whichever is
 //     larger. d is the largest of these values.
@@ -24,7 +24,8 @@ class AccumulatedFrames {
   AccumulatedFrames(const DenoiseInput& frame, const Halves& halves,
                     std::span<const NeighbourFrame> neighbours);
 
-  // Views of this object's planes. Light groups are included, without the excess of outliers.
+  // Views of this object's planes. Light groups are included, without the excess light of outliers
+  // (Halves::excess).
   const DenoiseInput& input() const { return input_; }
   // Returns the number of frames that a pixel combines, summed over the pixels of rows [begin,
   // end). A neighbouring frame counts by its weight, and the frame itself counts as 1.

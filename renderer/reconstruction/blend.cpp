@@ -14,8 +14,8 @@ constexpr size_t pair(size_t k, size_t l) {
   return k > l ? k * (k + 1) / 2 + l : l * (l + 1) / 2 + k;
 }
 
-// The terms of the error, either of one pixel or pooled over neighbours, in units of the pixel's
-// squared brightness.
+// The terms of the error (see blend.h), either of one pixel or pooled over neighbours, in units of
+// the pixel's squared brightness.
 struct Terms {
   BorderedPlane unit;  // factor on squared radiance; set only by measure()
   std::array<BorderedPlane, kBandwidths> gains;  // V - C_k

@@ -27,7 +27,7 @@ using Candidates = std::array<Candidate, kBandwidths>;
 struct Blend {
   std::array<BorderedPlane, kBandwidths> shares;  // weight of each candidate; r gets the rest
   ColourPlanes colour;
-  std::optional<OutlierEnergy> outlier_energy;  // the returned light is already in `colour`
+  std::optional<OutlierEnergy> outlier_energy;  // the restored light is already in `colour`
   // Expected squared error of the displayed pixel, in the raw and in the blended image.
   BorderedPlane error_before, error;
 };

@@ -63,7 +63,7 @@ std::array<std::vector<float>, 3> rows_of(const ColourPlanes& colour, int begin,
 }
 
 // Whether any of the kLanes pixels from x on has noise. If none has, the fits around these pixels
-// can be skipped: noisy pixels in their windows get all that they need from their own fits.
+// can be skipped, because the noisy pixels in their windows have fits of their own.
 bool has_noise(const Halves& halves, int x, int y) {
   for (const Half& half : halves.half) {
     const float* noise = half.noise.row(y) + x;
@@ -104,8 +104,8 @@ void for_each_fit(const Halves& halves, FrameOffset frame_offset, int begin, int
   });
 }
 
-// The weight of a pixel's own value, relative to the weights of the fits. If no fit is similar,
-// this weight keeps the pixel unchanged.
+// The weight of a pixel's own value, relative to the weights of the fits. If all of the fits'
+// weights are negligible, this weight keeps the pixel unchanged.
 constexpr float kOwnWeight = 0.02f;
 constexpr float kMinWeight = 1e-30f;  // avoids division by zero
 
@@ -182,8 +182,8 @@ Part read_part(const Halves& h, const HalfColour& colour, const HalfColour* accu
   return part;
 }
 
-// Indexed by [bandwidth][half]: the factor for a fit's weighted prediction of a pixel, including
-// the division by the total weight.
+// Indexed by [bandwidth][half]. A fit's weighted prediction of a pixel is multiplied by this
+// factor, which includes the division by the total weight.
 using Factors = std::array<std::array<BorderedPlane, 2>, kBandwidths>;
 Factors factors_of(const Halves& h, const Candidates& candidates, const Blend& shares) {
   Factors factors;
@@ -201,8 +201,8 @@ Factors factors_of(const Halves& h, const Candidates& candidates, const Blend& s
   return factors;
 }
 
-// Removes the raw value from the filtered fraction of each pixel of a part, and adds the pixel's
-// own contribution to its filtered value. The contributions of the fits are added later.
+// Subtracts the filtered fraction of each raw pixel of a part, and adds the pixel's own
+// contribution to its filtered value. The contributions of the fits are added later.
 void add_unfiltered(const Halves& h, const Factors& factors, const Blend& shares, Part& part) {
   for_each_row(h.height, [&](int y) {
     for (size_t c = 0; c < 3; ++c) {

@@ -49,13 +49,14 @@ struct DenoiseInput {
   HalfColour shared;
 };
 
-// A neighbouring frame of a sequence, and the positions of the frame's pixels in it.
+// A frame of the sequence near the frame that is denoised.
 struct NeighbourFrame {
-  // Has the same width and the same kinds of planes as the frame's input, but may have other rows.
+  // Has the same width and the same kinds of planes as the denoised frame's input, but may have
+  // other rows.
   DenoiseInput input;
-  // For each pixel of the frame's input, the position in `input` of the surface point that the
-  // pixel shows. 0 is the centre of the first pixel. NaN if the point is not visible there or its
-  // position is unknown. `input` must include all rows of the neighbouring frame within
+  // For each pixel of the denoised frame's input, the position in this `input` of the surface point
+  // that the pixel shows. 0 is the centre of the first pixel. NaN if the point is not visible there
+  // or its position is unknown. `input` must include all rows of the neighbouring frame within
   // kNeighbourReach of a position.
   std::span<const float> x, y;
 };

@@ -35,8 +35,8 @@ struct Halves {
   // The pixel's variance estimated only from the difference of its own two halves (one degree of
   // freedom), summed over channels. 0 if a half is unknown.
   BorderedPlane own_noise;
-  // The variance estimated in the same way for each channel of the input, before samples are shared
-  // and outliers limited.
+  // Like own_noise, but for each channel, and measured without DenoiseInput::shared and before
+  // outliers are limited.
   ColourPlanes raw_noise;
   std::vector<Feature> features;
 };

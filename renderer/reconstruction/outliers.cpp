@@ -11,8 +11,8 @@ namespace {
 // A loss is attributed to an outlier if its square exceeds this multiple of the (robustly
 // estimated) variance of the loss.
 constexpr float kOutlierThreshold = 4.0f;
-// Ratio of the variance to the squared mean deviation of a pixel, for three channels that mostly
-// deviate together.
+// Converts a squared mean absolute deviation to the variance of the sum of the channels: pi / 2 for
+// a normal distribution, times 3 because the three channels mostly deviate together.
 constexpr float kVarianceRatio = 1.5707963f * 3;  // pi / 2
 
 }  // namespace

@@ -18,8 +18,8 @@ class OutlierEnergy {
   // away.
   void restore(const BorderedPlane& raw, BorderedPlane& filtered) const;
 
-  // Returns, for each pixel, the fraction of a change that is returned to the pixel if filtering
-  // changes only this pixel.
+  // Returns, for each pixel, the fraction of a change that restore() would undo if filtering
+  // changed only this pixel.
   const BorderedPlane& own_fraction() const { return own_fraction_; }
 
  private:

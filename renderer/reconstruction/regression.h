@@ -20,7 +20,7 @@ inline constexpr int kOffsets = kWindow * kWindow;
 static_assert(kTileRows >= 2 * kWindowRadius && kRun >= 2 * kWindowRadius);
 
 // Number of bandwidths of the weights. Narrower weights are powers of the widest weights: exp(-d)^4
-// has half the bandwidth of exp(-d) (in Bitterli et al., k is 1 and 0.5).
+// has half the bandwidth of exp(-d) (these correspond to k = 1 and k = 0.5 in Bitterli et al.).
 inline constexpr int kBandwidths = 2;
 
 // For each half, the similarity of each pixel of a tile to the pixels of its window: exp(-d), where

@@ -14,7 +14,7 @@ class Scene;
 
 struct SceneBuildOptions {
   bool show_backfaces = false;  // single-sided materials are also visible from behind
-  // If false, the scene lists its features but cannot be traced.
+  // If false, the scene has no BVH. It lists its features but cannot be traced.
   bool bvh = true;
   // If true, keeps texture coordinates that no material reads, for the integrator that shows them.
   bool unread_uv = false;
@@ -23,7 +23,7 @@ struct SceneBuildOptions {
   // BVH's filter then decides about culling at each hit.
   bool editable = false;
   // If true (for editable scenes only), repose_scene() may be called. Geometry that no pose moves
-  // gets a separate BVH, so rays enter one more instance.
+  // then gets a separate BVH, in one more Embree instance that rays have to enter.
   bool posable = false;
   std::optional<EmbreeIsa> isa = {};  // Embree's kernels; by default the widest available
 };

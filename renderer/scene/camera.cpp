@@ -230,8 +230,8 @@ Vec2f Camera::velocity(const Vec3d& direction, double frames) const {
 // Returns the film velocity of a point that moves from `from` to `to`. Each position is in the view
 // space at its own time.
 Vec2f Camera::film_velocity(const Vec3d& from, const Vec3d& to, double frames) const {
-  // We chose this ratio. At this fraction of its depth, a point would appear a hundred times as far
-  // from the axis.
+  // We chose this ratio. A point that moves parallel to the axis to this fraction of its depth
+  // appears a hundred times as far from the axis.
   constexpr double kMinDepthRatio = 0.01;
   const double min_depth = kMinDepthRatio * std::max(from.z, to.z);
   const auto project_to_film = [&](const Vec3d& p, const Vec3d& other) {

@@ -98,9 +98,9 @@ class Camera {
   // Returns the film velocity of a point in pixels per frame, to the right and up. The point is at
   // `from` at shutter open, and at `to` at shutter close, `frames` frames later. With an instant
   // shutter, these times are the rendered instant and one frame later
-  // (CameraDescription::next_frame). The point is seen through the lens's centre. Of its path, the
-  // part nearer than a hundredth of the farther end's depth is ignored. The result fits a half
-  // float. In a panorama, the motion takes the shorter way round.
+  // (CameraDescription::next_frame). The point is seen through the lens's centre. Where the depth
+  // is less than a hundredth of the depth at the farther end, the path is cut off. The result fits
+  // a half float. In a panorama, the motion takes the shorter way round.
   Vec2f velocity(const Vec3d& from, const Vec3d& to, double frames) const;
   // Returns the film velocity that the camera's rotation gives to a point at infinity.
   Vec2f velocity(const Vec3d& direction, double frames) const;

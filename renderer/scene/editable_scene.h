@@ -3,9 +3,9 @@
 // An edited scene renders bit-identically to one built from the edited description. The BVH depends
 // on materials only through its filter (geometry.h), which culls back faces and tests coverage.
 // Edits can change both: transmission turns culling off, and a variant may assign a material with
-// alpha. Where this may happen, the filter of an editable scene reads from the mesh at every
-// candidate hit what to do. For culling, this concerns meshes with a possible material that is
-// single-sided; for coverage, meshes with several possible materials of which one has alpha.
+// alpha. So the filter of an editable scene looks up in the mesh, at every candidate hit, whether
+// to cull if the mesh may get a single-sided material, and whether to test coverage if the mesh has
+// several possible materials of which one has alpha.
 #pragma once
 
 #include <memory>

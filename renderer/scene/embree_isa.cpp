@@ -39,8 +39,8 @@ bool processor_has(EmbreeIsa isa) {
   return isa == kNeon;
 }
 
-// Embree may have been built without some kernels. Returns true if there is no device, so that a
-// later error explains the failure.
+// Returns whether Embree was built with these kernels. Also returns true if no device can be
+// created, so that a later error explains the failure.
 bool embree_has(EmbreeIsa isa) {
   const RTCDevice device = scene_detail::new_device(isa);
   if (!device) return true;

@@ -30,7 +30,7 @@ struct FlushSurfaces {
   // For each emitter, a bound on the distance that Embree's rounding puts between it and the
   // surface that it lies in; 0 if it lies in no surface.
   std::vector<float> reach;
-  // The largest such bound of each triangle that is a flush emitter or in which one lies. The key
+  // For each triangle that is a flush emitter or contains one, the largest of these bounds. The key
   // is surface_key().
   std::unordered_map<uint64_t, float> offsets;
 };

@@ -24,8 +24,8 @@ namespace {
 // compared with the surfaces that they lie in. Chosen by us.
 constexpr size_t kManyEmitters = 1 << 16;
 
-// Maximum number of triangles examined in total (a few seconds of work), and per range, the unit of
-// parallel work. Chosen by us.
+// Maximum number of triangles examined in total (a few seconds of work), and in a range, which is
+// the unit of parallel work. We chose both.
 constexpr uint64_t kMaxTriangles = uint64_t(1) << 26;
 constexpr size_t kRangeSize = 4096;
 // Limits on the number of points examined; chosen by us. The total limit is kMaxVisits plus

@@ -114,8 +114,8 @@ RTCFilterFunctionN choose_filter(FilterRule culls, FilterRule covers) {
 }
 
 // Splits each transform into a triangular matrix (scale and skew), a rotation and a translation, so
-// that Embree interpolates rotations spherically. Of q and -q, which are the same rotation, it
-// takes the one nearer to the previous step, so that the interpolation takes the shorter way.
+// that Embree interpolates rotations spherically. The quaternions q and -q are the same rotation;
+// the one nearer to the previous step is used, so that the interpolation takes the shorter way.
 std::vector<RTCQuaternionDecomposition> decompose(std::span<const Mat44d> steps) {
   std::vector<RTCQuaternionDecomposition> result;
   Imath::Quatd before;

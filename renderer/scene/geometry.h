@@ -21,7 +21,8 @@ namespace emberline::scene_detail {
 // Per-geometry data for the filter callback.
 struct GeometryRecord {
   const Mesh* mesh = nullptr;
-  // The instance for coverage decisions and visibility; kRayInstance: the one that Embree reports.
+  // The instance for coverage decisions and visibility. kRayInstance means the instance that Embree
+  // reports for the hit.
   uint32_t instance = kRayInstance;
   bool tests_visibility = false;  // whether Mesh::visibility is set
   static constexpr uint32_t kRayInstance = RTC_INVALID_GEOMETRY_ID;
@@ -105,9 +106,6 @@ class Geometry {
   // the shutter. Returns its index among the moving instances.
   uint32_t add_moving_instance(const EmbreeScene& mesh_scene, std::span<const Mat44d> steps,
                                uint32_t instance);
-  // Adds meshes that no pose moves. They go into a separate BVH below the top level, where a
-  // geometry's id is still the instance's index. Reuses the BVH of `before` if it was built for the
-  // same list.
   struct StaticInstance {
     uint32_t mesh, instance;
     uint64_t key;
@@ -115,6 +113,9 @@ class Geometry {
       return instance == o.instance && key == o.key;
     }
   };
+  // Adds meshes that no pose moves. They go into a separate BVH below the top level, where a
+  // geometry's id is still the instance's index. Reuses the BVH of `before` if it was built for the
+  // same list.
   void add_static_group(std::vector<StaticInstance> list, std::vector<Mesh>& meshes,
                         const Geometry* before, LoadProgress& progress);
   // Returns the transform of a moving instance, in exactly the floats that Embree uses.

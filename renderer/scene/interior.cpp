@@ -80,7 +80,7 @@ void SolidCrossing::find_coincident_faces(const Scene& scene, const SurfaceInter
     const bool is_same_side = found[i].is_exit == found[next - 1].is_exit;
     const Material& material = scene.material_of(instance);
     if (!material.is_solid()) {
-      // Whether an emissive surface is seen is decided in flush_emitters.h.
+      // FlushEmitters decides whether an emissive surface is visible.
       if (has_surface_ || material.is_emissive()) continue;
       has_surface_ = true;
       surface_ = found[i].hit;

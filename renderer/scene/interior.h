@@ -19,9 +19,9 @@ class Interior {
   Interior() {}  // leaves the array uninitialised
 
   bool empty() const { return count_ == 0; }
-  // Returns the material of the solid that counts as the medium, or null outside all solids. If two
-  // solids are closed, the solid with priority counts (Solids::has_priority). If one of them is
-  // open, the solid that was entered later counts.
+  // Returns the material of the solid that counts as the medium, or null outside all solids. Of two
+  // closed solids, the one with priority counts (Solids::has_priority). If either of them is open,
+  // the one that was entered later counts.
   const Material* medium() const { return medium_; }
   // Returns the instance of the solid that counts as the medium, or kNone.
   uint32_t instance() const { return instance_; }
@@ -77,8 +77,8 @@ class SolidCrossing {
     }
   }
 
-  // Updates the interior from the near to the far side of the faces. Returns false if the
-  // interior's list was full.
+  // Changes the interior on the near side of the faces into that on the far side. Returns false if
+  // the interior's list was full.
   bool cross(const Scene& scene, Interior* interior) const {
     for (const CrossedFace& face : *this) {
       if (face.is_exit) interior->leave(scene, face.hit.instance);

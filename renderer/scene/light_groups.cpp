@@ -35,7 +35,7 @@ SceneDescription light_parameters_of(const SceneDescription& description,
 
 Rgb radiance_of(const EnvironmentDescription& e) { return e.tint * e.strength; }
 
-// Returns whether the two environments have the same light apart from the factor radiance_of().
+// Returns whether the two environments have the same light apart from strength and tint.
 bool have_same_environment(const std::optional<EnvironmentDescription>& a,
                            const std::optional<EnvironmentDescription>& b) {
   if (!a || !b) return a.has_value() == b.has_value();

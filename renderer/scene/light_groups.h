@@ -30,9 +30,9 @@ struct LightGroup {
 // Immutable, thread-safe.
 class LightGroups {
  public:
-  // Groups the lights of a scene that was built from `original` with the edits `baseline`. Every
-  // further edit of the scene needs a new object. `original` must be a description after apply(),
-  // complete or without geometry, such as EditableScene::original(). Throws like apply().
+  // Groups the lights of a scene that was built from `original` with the edits `baseline`. If the
+  // scene itself is edited again, create a new object. `original` must be a description after
+  // apply(), complete or without geometry, such as EditableScene::original(). Throws like apply().
   explicit LightGroups(const SceneDescription& original, const SceneEdits& baseline = {});
 
   std::span<const LightGroup> list() const { return list_; }
@@ -59,7 +59,7 @@ class LightGroups {
   uint8_t add(EditedLight kind, EditTarget target, const Rgb& radiance);
   void assign_others();
 
-  SceneDescription original_;  // holds only its lists
+  SceneDescription original_;  // only its SceneLists
   SceneEdits baseline_;
   SceneDescription built_;  // `original_` with the baseline's edits
   std::vector<LightGroup> list_;

@@ -33,10 +33,10 @@ constexpr int kSurveyBits = 14, kSurveySurfaces = 4;
 constexpr double kMinRelativeVariance = 3, kMinEnvironmentFraction = 0.3;
 constexpr int kPilotSamples = 8;
 // For KindFactors, we try powers of two from 2^-kMaxDoublings to 2^kMaxDoublings, with kKindSamples
-// light samples per surface point. The paths for this have more surfaces, because a sunlit patch
-// may light a room that does not see the sun. Each doubling or halving must reduce the noise by the
-// fraction kDoublingPenalty. If even the best factors leave kMaxNoiseRatio of the noise or more, no
-// factors are used.
+// light samples per surface point. These paths have more surfaces than the pilot's, because a
+// sunlit patch may light a room that does not see the sun. Each doubling or halving must reduce the
+// noise by the fraction kDoublingPenalty. If even the best factors leave kMaxNoiseRatio of the
+// noise or more, no factors are used.
 constexpr int kKindSurfaces = 4, kKindSamples = 16, kMaxDoublings = 8;
 // Number of cells of the frame over which samples are pooled. The low bits of a path's index give
 // its cell.
@@ -344,7 +344,7 @@ KindFactors LightSurvey::factors(std::span<const SurfacePoint> places,
                 [&](size_t i) { squares[i] = kind_squares(places[i], guide, Rng{~uint32_t(i)}); });
   KindFactors best{.min_share = kMinKindFraction, .min_directional = kMinKindFraction};
   double min_noise = noise(places, squares, best);
-  int other_doublings = 0;  // doublings of the other factor
+  int other_doublings = 0;  // doublings or halvings of the factor that was chosen first
   for (float KindFactors::*const factor : {&KindFactors::environment, &KindFactors::directional}) {
     KindFactors other = best;
     int best_doublings = 0;
@@ -362,8 +362,8 @@ KindFactors LightSurvey::factors(std::span<const SurfacePoint> places,
   return min_noise < kMaxNoiseRatio * noise(places, squares, {}) ? best : KindFactors{};
 }
 
-// Sets each tile's `visibility` to the root mean square of cosine times transmittance over the
-// places, which is its optimal sampling weight.
+// Sets each tile's `visibility` to the root mean square of cosine times transmittance over
+// `places`. This is the tile's optimal sampling weight per unit of its light.
 void LightSurvey::measure_visibility(const EnvironmentGuide& guide,
                                      std::span<const SurfacePoint* const> places, Rng rng,
                                      std::span<float> visibility) const {

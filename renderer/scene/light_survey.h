@@ -1,6 +1,6 @@
-// Measures which lights reach a view, by a few rays to the lights from the surfaces that the
-// camera's paths meet. The survey finds out which kinds of light arrive there and, if little of the
-// environment is visible, which part of it is visible from where.
+// Measures which lights reach a view. A few paths from the camera find surfaces, and rays from
+// these surfaces to the lights find out which kinds of light arrive there. If little of the
+// environment is visible, the survey also measures which part of it is visible from where.
 //
 // The environment guide follows the learning phase of Atanasov et al. 2018
 // (renderer/lights/environment_guide.h). The guide is a pure function of the scene and the whole

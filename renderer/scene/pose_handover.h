@@ -50,7 +50,7 @@ class PoseHandover {
     uint32_t from, to;
     std::shared_ptr<GeometryRecord> record;
     std::shared_ptr<const EmbreeScene> bvh;
-    uint32_t salt;  // the record's `instance`
+    uint32_t salt;  // GeometryRecord::instance
   };
   static void exchange(Mesh& from, Mesh& to) {
     std::swap<ReusableMesh>(from, to);

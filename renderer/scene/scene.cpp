@@ -438,7 +438,7 @@ std::array<Vec3f, 3> Scene::corners(const EmissiveTriangle& triangle, float time
 }
 
 // Returns the least common multiple of the numbers of segments of the transform and of the mesh, so
-// that each returned segment lies within one segment of each.
+// that no segment boundary of either lies inside one of the resulting segments.
 int Scene::segments(const EmissiveTriangle& triangle) const {
   const Instance& instance = instances_[triangle.instance];
   const size_t mesh_steps = std::max(meshes_[instance.mesh].motion.size(), size_t(1));

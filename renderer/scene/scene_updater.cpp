@@ -25,7 +25,7 @@ uint64_t vector_bytes(const Vector& v) {
 
 std::string megabytes(uint64_t bytes) { return fmt::format("{:.1f} MiB", double(bytes) / 1048576); }
 
-// Returns whether the two emitters are the same to the search for flush emitters.
+// Returns whether the search for flush emitters treats the two emitters alike.
 bool same_flush_surfaces(const EmissiveTriangle& a, const EmissiveTriangle& b) {
   return a.instance == b.instance && a.primitive == b.primitive && a.two_sided == b.two_sided &&
          is_black(a.mean_radiance) == is_black(b.mean_radiance);

@@ -39,8 +39,8 @@ std::vector<uint32_t> Solids::parts_of(uint32_t body) const {
   return found == parts_.end() ? std::vector<uint32_t>{body} : found->second;
 }
 
-// Joins only parts with the same medium: between two media there is no wall that shows where each
-// of them ends. Opaque parts may help to close a solid.
+// Joins only parts with the same medium: with two media, no wall would show where one ends and the
+// other begins. Opaque parts may help to close a solid.
 void Solids::join_parts(const Scene& scene, const SceneDescription& description,
                         LoadProgress& progress) {
   using Parts = std::vector<uint32_t>;  // instances

@@ -99,7 +99,7 @@ Imath::Box3f Solids::bounds_over_shutter(const Scene& scene, uint32_t i) const {
     const Affine m = scene.geometry_->transform_at(instance.moving_index, float(k) / kTimes);
     box.extendBy(scene_detail::transformed(solids_[i].mesh_bounds, m));
   }
-  // The margin exceeds the distance by which a corner can leave the box between two of these times.
+  // The margin exceeds the distance by which a corner can leave the box between two sampled times.
   const Vec3f margin(0.05f * box.size().length());
   box.min -= margin;
   box.max += margin;

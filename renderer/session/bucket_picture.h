@@ -12,7 +12,7 @@
 
 namespace emberline {
 
-// Several threads add buckets, so callers must hold lock() during calls of all other functions.
+// Several threads add buckets, so callers must hold lock() while they call any other function.
 class BucketPicture {
  public:
   BucketPicture(const RenderPlan& plan, std::vector<float> before)

@@ -10,14 +10,14 @@
 
 namespace emberline {
 
-// Applies a JSON object of edits (without a version) to `before`. A null resets a part to the
-// file's values. An entry for a material or light replaces the entry in `before` for the same item
-// of `lists`; every other part is replaced as a whole. A camera may have a `matrix`. Throws
-// InputError, whose message begins with `name`.
+// Applies a JSON object of edits (without a version) to `before`. A member that is null resets its
+// values to the file's. An entry for a material or light replaces the entry in `before` for the
+// same item of `lists`. Every other member of `changes` replaces the whole member of `before`. A
+// camera may have a `matrix`. Throws InputError, whose message begins with `name`.
 SceneEdits merge_json_edits(const nlohmann::json& changes, const std::string& name,
                             const SceneEdits& before, const SceneDescription& lists);
 
-// Applies `edits` to `before` in the same way. Parts without edits are unchanged.
+// Applies `edits` to `before` in the same way. Keeps what `edits` does not change.
 SceneEdits merge_edits(const SceneEdits& edits, SceneEdits before, const SceneDescription& lists);
 
 nlohmann::json protocol_json(const ListedScene& scene, const SceneEdits& edits);

@@ -15,7 +15,8 @@
 namespace emberline {
 namespace {
 
-// This is more than all events that are sent at one time, and more than most answers.
+// Unread output beyond this size counts as congestion. All events that are sent at one time fit,
+// and so do most answers.
 constexpr size_t kMaxUnreadBytes = size_t(64) << 10;
 constexpr size_t kReadBytes = size_t(64) << 10;
 // A pipe that is ready for writing accepts this many bytes without blocking the writer (POSIX,

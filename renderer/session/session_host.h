@@ -22,9 +22,10 @@ struct HostSettings {
 // The options' values as texts, by option name; a flag has the text "yes" or "no".
 using HostTexts = std::map<std::string, std::string>;
 
-// Runs until the host sends "quit". `settings` combines the host's texts with the command line and
-// may throw UsageError. Throws InputError if the host ends or violates the protocol. Throws
-// RenderError if the host has closed the output or, at the end, if a file could not be saved.
+// Runs until the host sends "quit". `settings` applies the host's option values on top of the
+// command line, and may throw UsageError. Throws InputError if the host ends or violates the
+// protocol. Throws RenderError if the host has closed the output or, at the end, if a file could
+// not be saved.
 void run_session_host(std::function<HostSettings(const HostTexts&)> settings, int in, int out);
 
 }  // namespace emberline

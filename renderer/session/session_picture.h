@@ -55,7 +55,7 @@ struct PixelInspection {
   bool known = false;
   uint32_t samples = 0;
   std::optional<Rgb>
-      variance;             // variance of the mean, if the film has it (adaptive or error overlay)
+      variance;             // variance of the mean, if recorded (adaptive driver or error overlay)
   uint32_t non_finite = 0;  // number of samples that were not finite and count as black
   PixelStop stop = PixelStop::kNone;  // kUnfinished if more samples may come
   uint32_t id = 0;                    // 1 + instance; 0 for the background

@@ -2,8 +2,8 @@
 // disappears as soon as no process holds it, even if a process crashes. The other process opens the
 // file read-only as /proc/PID/fd/N. Only processes of the same user can do this.
 //
-// There are two slots, which are written alternately. So the next picture leaves a picture intact,
-// and the one after that overwrites it.
+// There are two slots, which are written alternately. So each picture stays intact while the next
+// one is written, and the one after that overwrites it.
 #pragma once
 
 #include <cstddef>

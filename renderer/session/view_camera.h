@@ -4,10 +4,10 @@
 // Everything is in world space, metres and radians; +Y is up, as in glTF. The view moves like a
 // turntable: it is described by angles around a pivot on the view's axis, so that many small moves
 // never tilt the horizon. A rolled camera keeps its roll, and a mirrored camera stays mirrored. An
-// orthographic view is scaled instead of moving closer; its eye only determines the near limit of
-// visibility. A view straight up or down is valid; its azimuth follows from the direction to the
-// picture's right. All values are doubles, and moves are proportional to the distance or the frame,
-// so that scenes of any size feel the same.
+// orthographic view is scaled instead of moving closer; its eye matters only because objects behind
+// it are invisible. A view straight up or down is valid; its azimuth follows from the direction to
+// the picture's right. All values are doubles, and moves are proportional to the distance or the
+// frame, so that scenes of any size feel the same.
 #pragma once
 
 #include "renderer/core/constants.h"

@@ -34,13 +34,13 @@ constexpr double kIdleCostFraction = 0.01;
 constexpr uint32_t kRegionSamples = 16;
 
 // The first picture of a bucket frame takes extra samples, up to this fraction of the frame's
-// samples. This limit assumes at least kMinJudgedSamples per pixel, the minimum that an estimator
-// needs. It assumes exactly kMinJudgedSamples if the frame's number of samples is unknown.
+// samples. For this limit, the frame counts as having at least kMinJudgedSamples per pixel, the
+// minimum that an estimator needs, and exactly this many if its number of samples is unknown.
 constexpr double kFirstPictureFraction = 0.005;
 constexpr uint32_t kMinJudgedSamples = 16;
 
-// The number of pictures, each linear and graded, that the publisher keeps: the newest, one being
-// drawn, and the picture for comparison twice (as stored, and graded again).
+// The publisher keeps this many pictures, each with linear and graded values: the newest, one that
+// is being drawn, and the comparison picture twice (as stored, and graded again).
 constexpr uint64_t kPictures = 4;
 
 Camera camera_of(const RenderRequest& request) {
@@ -159,7 +159,7 @@ bool ViewFrame::is_first_picture_sufficient() const {
   return progress_.completion >= kFirstPictureFraction * double(samples);
 }
 
-// In a bucket frame, the first picture's samples do not count.
+// In a bucket frame, the first picture's samples do not count, because buckets replace them.
 bool ViewFrame::complete() const {
   const bool counts = stage_ == Stage::kMain || (stage_ == Stage::kFirst && prepared_.live);
   return counts && progress_.completion >= 1.0;
@@ -168,7 +168,8 @@ bool ViewFrame::complete() const {
 void ViewFrame::finish(const RenderCounters& counters) {
   if (counters.stopped && !bucket_picture_) main_->end(stop_->cause());
   finished_ = true;
-  if (!first_) {  // if there is one, time ran out before the main driver had sampled every pixel
+  // If first_ still exists, time ran out before the main driver had sampled every pixel.
+  if (!first_) {
     progress_.samples = counters.samples;
     progress_.rays = counters.rays.total();
     progress_.error_estimate = main_->error_estimate();

@@ -85,8 +85,8 @@ void ViewRenderer::post(RenderRequest request, bool only_edits) {
       pause_requested_ = true;
     } else {
       relighting_.reset();
-      // A request that replaces a pending request may wait for the first picture only if the
-      // pending request would have waited.
+      // The current frame may finish its first picture only if the new request differs in edits
+      // alone. If a pending request is replaced here, its changes count too.
       let_first_picture_finish_ = only_edits && (!request_ || let_first_picture_finish_);
       request_ = std::move(request);
       if (stop_ && (!let_first_picture_finish_ || frame_published_))
@@ -348,7 +348,7 @@ void ViewRenderer::render(RenderRequest request) {
       groups_ = groups;
       groups_scene_.swap(scene_before);
     }
-    frame_.reset();  // the frame uses the previous settings, and may be a scene's last owner
+    frame_.reset();  // the old frame refers to prepared_, and may be its scene's last owner
     if (prepared) {
       prepared_ = std::move(prepared);
       prepared_for_ = request.settings;

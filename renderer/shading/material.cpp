@@ -387,8 +387,8 @@ float Material::coverage(const SurfaceAttributes& a, float u_texture) const {
   if (alpha_mode_ == AlphaMode::kOpaque) return 1.0f;
   float alpha = alpha_ * a.color.w;
   if (alpha_mode_ == AlphaMode::kMask) {
-    // The cutoff must apply to the filtered alpha: first filtering and then applying the step is
-    // not the same as the reverse.
+    // Alpha is filtered first, then compared with the cutoff. The reverse order would give another
+    // result.
     if (base_color_texture_) {
       alpha *= base_color_texture_->bilinear_alpha(uv_of(*base_color_texture_, a));
     }

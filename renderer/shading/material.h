@@ -120,8 +120,8 @@ class Material {
   bool is_emissive() const {
     return is_emissive_;
   }  // whether the material is a light; never if unlit
-  // Whether a triangle is the same light with either material: mean_emission() and the emitting
-  // sides are then the same.
+  // Whether a triangle emits the same light with this material as with `other`: mean_emission() and
+  // the emitting sides are then the same.
   bool has_same_emission(const Material& other) const;
   bool has_normal_map() const { return bool(normal_map_); }
   // Whether shading uses the mesh's tangent space.

@@ -82,8 +82,8 @@ void replace_failed(SceneDescription& scene, const std::vector<const GltfImage*>
   }
 }
 
-// Maps each KTX 2 or WebP image whose extension is optional to the other images of the same
-// texture.
+// Returns the KTX 2 and WebP images whose glTF extension is optional, each with the other images of
+// its texture.
 std::map<int, std::vector<int>> fallback_images(const GltfDocument& document) {
   std::map<int, std::vector<int>> fallbacks;
   for (const json& texture : document.array("textures")) {

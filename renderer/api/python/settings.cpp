@@ -1,4 +1,4 @@
-// Exceptions, and settings, which are named like the command's options.
+// The module's exceptions and settings. Settings are named like the command's options.
 #include <string>
 #include <vector>
 

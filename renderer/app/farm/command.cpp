@@ -177,8 +177,8 @@ bool has_valid_plan(const FrameSettings& settings) {
 }
 
 // Throws InputError for a checkpoint with other settings or of an earlier version of the scene. The
-// jobs also reject such a checkpoint, but if every part had one, the merge would write the picture
-// of another frame. Returns the number of parts that have a checkpoint.
+// jobs also reject such a checkpoint. But if every part had one, the merge would accept them and
+// write the picture of another frame. Returns the number of parts that have a checkpoint.
 int check_checkpoints(const FarmFolder& folder, const FrameSettings& settings, uint32_t parts,
                       bool has_plan) {
   RenderOptions options;

@@ -19,8 +19,8 @@ namespace {
 namespace fs = std::filesystem;
 
 // Copies the scene to the stage, a folder on this machine's own disk. "mv -T" renames the copy
-// atomically. If other users may write to the parent folder, only its sticky bit keeps them from
-// replacing the stage. safe() then requires this bit.
+// atomically. If other users may write to the parent folder, the script's function safe() requires
+// the folder's sticky bit, which keeps them from replacing the stage.
 constexpr const char* kStageBegin = R"sh(
 # A copy of the scene on this machine's own disk, named after its content. If two parts start at
 # once, both copy, and one copy gets the name. A file that has changed meanwhile is not copied. A
@@ -147,8 +147,8 @@ std::string stage_script(const RenderOptions& options) {
          "    mkdir -p" + stage.folders + " &&\n" + fmt::format(fmt::runtime(kStageEnd), staged);
 }
 
-// Returns a line of a script that opens its log; "" if Slurm opens it. Appends `suffix` to the
-// log's name, unquoted, so that the shell expands it.
+// Returns the shell line with which a script opens its log, or "" if Slurm opens the log. Appends
+// `suffix` to the log's name, unquoted, so that the shell expands it.
 std::string log_line(const FarmFolder& folder, const std::string& name, const std::string& suffix) {
   if (folder.slurm_writes_logs()) return "";
   return "exec >>" + shell_quoted(folder.file("logs/" + name)) + suffix + " 2>&1\n";

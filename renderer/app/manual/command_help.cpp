@@ -32,8 +32,8 @@ void add_literals(OptionHelp& help) {
   }
 }
 
-// Appends a sentence for each of `options`, which CLI11 has recorded as required or excluded by an
-// option.
+// Appends a sentence for each of `options`. These are the options that, according to CLI11, one
+// option requires or excludes.
 void add_sentence(std::string& text, const char* begin, const std::set<CLI::Option*>& options) {
   for (const CLI::Option* other : options) text += begin + other->get_name() + ".";
 }

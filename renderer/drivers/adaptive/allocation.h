@@ -1,9 +1,10 @@
 // Functions that distribute a round's samples. They are pure functions of the pixels' state.
 //
 // The best distribution of a time budget is n ~ deviation / sqrt(cost) (Neyman 1934, "On the Two
-// Different Aspects of the Representative Method", extended by costs). It minimizes the sum of
-// variance / n for a given sum of n x cost. In addition, no pixel loses samples, no pixel is left
-// out forever, and no pixel's count grows further than its present samples justify.
+// Different Aspects of the Representative Method", extended to samples of different cost). It
+// minimizes the sum of variance / n for a given sum of n x cost. In addition, no pixel loses
+// samples, no pixel is left out forever, and no pixel's count grows further than its present
+// samples justify.
 #pragma once
 
 #include <algorithm>
@@ -38,8 +39,8 @@ void allocate_steps(std::span<const float> rates, std::span<const SampleBounds> 
 // is at least 8, one block of the sampler: pairs of dimensions are stratified in blocks of 8
 // samples, and streams alternate every 8. For large counts it is a quarter of the largest power of
 // two that is at most `wanted`, because a Sobol' sequence is better stratified at 12, 14 or 16
-// times a power of two than in between (tests/bench/results). With `halves` it is half of that
-// power of two, since halves are compared only at multiples of that.
+// times a power of two than in between (tests/bench/results). With `halves` the step is half of
+// that power of two, because a pixel's halves are compared only at multiples of it.
 inline uint32_t count_multiple(float wanted, bool halves) {
   const uint32_t steps = halves ? 2 : 4;
   return std::max(8u, std::bit_floor(uint32_t(std::min(wanted, 16777216.0f))) / steps);

@@ -23,9 +23,9 @@ struct ErrorMap {
   // the estimator's header says so.
   std::vector<float> error;
   // Standard deviation of one sample in the allocation's metric, as the root mean square over the
-  // channels. The planner uses it to distribute the next samples. It is empty for estimators with a
-  // batch (EstimatorEntry::batch). These only tell which pixels are unfinished, and all unfinished
-  // pixels get the same number of samples.
+  // channels. The planner uses it to distribute the next samples. It is empty for estimators with
+  // EstimatorEntry::batch > 0: these estimators only tell which pixels are unfinished, and every
+  // unfinished pixel gets the same number of samples.
   std::vector<float> deviation;
 };
 
@@ -49,7 +49,7 @@ struct EstimatorEntry {
   void (*estimate)(const PixelStatistics& pixels, const EstimatorSettings& settings, ErrorMap* out);
   StreamCount streams = StreamCount::kOne;  // streams that the estimate requires
   uint32_t first_samples = 0;               // samples per pixel before the first estimate
-  uint32_t batch = 0;  // samples that an unfinished pixel gets at a time; 0: according to deviation
+  uint32_t batch = 0;  // samples that an unfinished pixel gets at a time; 0: `deviation` decides
   bool rms_error = false;   // whether `error` is the displayed pixel's expected RMS error
   bool halves = false;      // whether the statistics hold halves (SampleHalves) instead of streams
   bool whole_tree = false;  // whether the refinement tree orders the first samples of all pixels

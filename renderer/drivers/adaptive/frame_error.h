@@ -29,7 +29,8 @@ inline float sample_variance(float count, float second_count, float difference, 
 // `missed`, the result of missed_light_error(). The result is finite, and the same for any number
 // of threads.
 double frame_error(const PixelStatistics& pixels, double missed = 0.0);
-// Returns the same error if the picture shows averages over rounds. Uses RoundAverages::variance().
+// Returns the same estimate for a picture that shows averages over rounds. Uses
+// RoundAverages::variance().
 double frame_error(const RoundAverages& averages, size_t pixels, double missed = 0.0);
 
 }  // namespace emberline

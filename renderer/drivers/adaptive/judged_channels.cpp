@@ -37,8 +37,8 @@ const ChannelRow* find_row(std::string_view name) {
   return row != channel_table().end() ? &*row : nullptr;
 }
 
-// Returns the factor from a squared error of the channel's value to the squared error that is
-// compared with the threshold.
+// Returns the factor that converts a squared error of the channel's value to the channel's error
+// scale, in which it is compared with the threshold.
 float error_weight(ErrorScale scale, float mean, float deviation) {
   switch (scale) {
     case ErrorScale::kDisplay:
@@ -81,7 +81,7 @@ void pool_plane(std::span<const float> in, size_t width, size_t height, std::vec
     for (size_t y = begin; y < end; ++y) {
       std::array<const float*, 2 * kPoolRadius + 1> rows;
       for (size_t k = 0; k < rows.size(); ++k) {
-        const size_t from = y + k - kPoolRadius;  // wraps around above the plane
+        const size_t from = y + k - kPoolRadius;  // negative rows wrap to large numbers
         rows[k] = from < height ? across->data() + from * width : outside.data();
       }
       pool_down(rows, int(width), out->data() + y * width);
@@ -199,7 +199,7 @@ void JudgedChannels::read_means(const FilmTile& film, size_t i, float* means) co
 }
 
 // Writes for each pixel the squared error of one sample in the channel's error scale, pooled over
-// neighbours. It is -1 where neither the pixel nor a neighbour has two parts.
+// neighbours. It is -1 where neither the pixel nor a neighbour has samples in both halves.
 void JudgedChannels::measure(const FilmTile& film, const PixelStatistics& pixels,
                              const SampleHalves& halves, const Values& values,
                              std::vector<float>* variances) const {

@@ -1,10 +1,10 @@
 // The channels whose errors decide how many samples a pixel gets (setting `judge`), and the
 // estimate of these errors.
 //
-// The picture's R G B have their own estimator (error_estimator.h). The variance of each other
-// channel is estimated from the difference between the two parts of the pixel's samples
-// (sample_halves.h), pooled over neighbours (pooling.h), as `nested` does for R G B. How a variance
-// becomes an error is a property of the channel (ErrorScale).
+// The picture's R G B have their own estimator (error_estimator.h). For every other channel, the
+// pixel's samples are divided into two parts (sample_halves.h). The difference between the means of
+// the parts gives the variance, which is pooled over neighbours (pooling.h). `nested` does the same
+// for R G B. How a variance becomes an error is a property of the channel (ErrorScale).
 #pragma once
 
 #include <cstddef>
@@ -56,8 +56,9 @@ class JudgedChannels {
   size_t value_count() const { return value_count_; }
   void read_means(const FilmTile& film, size_t i, float* means) const;
 
-  // Replaces the errors of R G B in `errors` by those of all judged channels. `halves` must have
-  // been updated with read_means(). Results are finite and not negative.
+  // Expects the errors of R G B in `errors` and replaces them by the combined errors of all judged
+  // channels. `halves` must have been updated with read_means(). Results are finite and not
+  // negative.
   void update(const FilmTile& film, const PixelStatistics& pixels, const SampleHalves& halves,
               ErrorMap* errors);
   // From now on, update() stores each channel's error in this pixel for recorded_errors().
@@ -71,8 +72,9 @@ class JudgedChannels {
   // The index of the channel whose recorded error is the largest in relation to its threshold.
   uint32_t recorded_channel() const { return recorded_channel_; }
 
-  // Returns the index of the channel that was furthest above its threshold when the pixel was last
-  // above any. Without thresholds, this is the channel with the largest error.
+  // Returns the index of the channel that last kept the pixel unfinished: the one furthest above
+  // its threshold in the last update that found any error above its threshold. Without thresholds,
+  // this is the channel with the largest error.
   uint32_t last_unfinished(size_t i) const { return i < last_.size() ? last_[i] : picture_; }
 
   void archive(Archive& archive, size_t pixels);
@@ -88,7 +90,7 @@ class JudgedChannels {
     const ChannelRow* row;
     int light_group;      // -1: the row's own values
     size_t first, count;  // a range of the values that read_means() writes
-    size_t skipped;       // number of the row's values before the first of these
+    size_t skipped;       // position of the first of these values in the row
   };
   void add_values(uint8_t channel, int light_groups);
   void read_values(const FilmTile& film, const Values& values, size_t i, float* out) const;

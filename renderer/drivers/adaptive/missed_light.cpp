@@ -25,8 +25,8 @@ constexpr size_t kLanes = 64;  // pixels that are computed together, so that loo
 float sanitize(float x, float limit) { return x > 0.0f ? std::min(x, limit) : 0.0f; }
 constexpr float kMaxMean = 1e9f, kMaxVariance = 1e18f;
 
-// A row of pixels, padded with pixels without samples: kRadius pixels before the row; after the
-// row, as many as reach a multiple of kLanes, and kRadius more. Arrays of three planes are R, G, B.
+// A row of pixels, padded with pixels without samples: kRadius before the row; after it, enough to
+// fill up to a multiple of kLanes, plus kRadius. Arrays of three planes are R, G, B.
 class PixelRow {
  public:
   explicit PixelRow(size_t width) : width_(width) {
@@ -110,10 +110,11 @@ void add_neighbours(const PixelRow& own, const PixelRow& other, size_t x, size_t
 // variance. All n samples miss the light with probability exp(-n p); (1 - x / 8)^8 approximates
 // exp(-x).
 //
-// d is estimated as the excess of the neighbours' mean over the pixel's mean plus its standard
-// error, because the pixel's samples already show that error. To compute p, d^2 is replaced by the
-// mean squared difference between the neighbours and the pixel if this is larger. Neighbours that
-// found rare light by luck then make p too large, so p is multiplied by kChanceScale.
+// d is estimated as the neighbours' mean minus the pixel's mean minus the pixel's standard error.
+// The standard error is subtracted because the pixel's samples already show it. To compute p, d^2
+// is replaced by the mean squared difference between the neighbours and the pixel if this is
+// larger. Neighbours that found rare light by luck then make p too large, so p is multiplied by
+// kChanceScale.
 float missed_error(float count, float mean, float squared_error, float neighbours,
                    float neighbours_square, float variance) {
   const float explained = mean + std::sqrt(squared_error);

@@ -32,7 +32,7 @@ std::string describe_history(const PixelHistory& history);
 // judged.
 std::string judged_errors(const JudgedChannels& judged);
 
-// Return tables, each followed by an explanation of its columns.
+// Both functions return a table, followed by an explanation of its columns.
 std::string rounds_table(const PixelHistory& history);
 std::string tree_table(std::span<const RefinementNode> path);
 

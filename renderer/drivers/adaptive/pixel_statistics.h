@@ -25,8 +25,8 @@ struct PixelStatistics {
   std::vector<float> second_count;
   std::array<std::vector<float>, 3> mean;  // mean of all samples
   // Difference of the two streams' means; 0 if either stream has no samples. Its expected square is
-  // V (1/n_A + 1/n_B), where V / n is the variance of the mean of n samples. V includes the effect
-  // of correlation between the samples of a stream.
+  // V (1/n_A + 1/n_B), where n_A and n_B are the streams' sample counts, and V / n is the variance
+  // of the mean of n samples. V includes the effect of correlation between the samples of a stream.
   std::array<std::vector<float>, 3> stream_difference;
   // Variance of a sample as if samples were independent: (sum of squares - n mean^2) / (n - 1), or
   // 0 for n < 2. If samples are stratified, the variance of their mean is less than this value

@@ -91,7 +91,7 @@ float samples_to_threshold(const AdaptiveSettings& s, float current, float error
 }
 
 // Increases rates at random by up to a sixteenth, so that pixels with equal rates, as in a black
-// frame, do not all double at once. Noise makes rates differ more than that.
+// frame, do not all double at once. Noise makes rates differ by more than this.
 float jitter_rate(float rate, uint32_t seed, size_t i) {
   constexpr float kSpread = 1.0f / 16;
   return rate * (1.0f + kSpread * to_unit_float(hash_combine(seed, uint32_t(i))));
@@ -152,8 +152,8 @@ bool RoundPlanner::update(const FilmTile& film, const std::stop_token& stop) {
   if (!judged_.is_default()) judged_.update(film, statistics_, halves_, &errors_);
   if (stop.stop_requested()) return false;
   if (entry_.rms_error) {
-    // Estimators with batches judge each pixel only by its own samples, so their frame error leaves
-    // out light that the samples missed.
+    // An estimator with a batch size judges each pixel only by its own samples, so its frame error
+    // leaves out light that the samples missed.
     const double missed = entry_.batch == 0 ? missed_light_error(statistics_) : 0.0;
     error_estimate_ = averaged() ? frame_error(*averages_, statistics_.size(), missed)
                                  : frame_error(statistics_, missed);
@@ -167,7 +167,8 @@ void RoundPlanner::write_variances(FilmTile* film) const {
   const bool averaged = this->averaged();
   parallel_ranges(p.size(), kGrain, [&](size_t begin, size_t end) {
     for (size_t i = begin; i < end; ++i) {
-      // Without two streams or two parts, the film can compute the same variance itself.
+      // A pixel whose samples are all in one stream and one half is skipped: the film can compute
+      // its variance itself.
       const bool has_two_parts = p.second_count[i] > 0.0f || film->sums(i).count[1] > 0;
       if (p.count[i] < 2.0f || !(has_two_parts || averaged)) continue;
       Rgb variance;
@@ -209,8 +210,8 @@ PixelStop RoundPlanner::current_stop(size_t i, uint32_t current) const {
   return is_unfinished(settings_, current, error) ? PixelStop::kUnfinished : stop_of(i);
 }
 
-// Estimators with batches provide no deviation of a sample, so the gain is computed from their
-// error.
+// Estimators that add samples in batches (EstimatorEntry::batch) do not estimate the deviation of a
+// sample, so the gain is computed from the error that they estimate.
 void RoundPlanner::expected_gains(std::span<const uint32_t> current,
                                   std::span<const uint32_t> targets,
                                   std::vector<float>* gains) const {
@@ -275,7 +276,7 @@ bool RoundPlanner::allocate_by_deviation() {
   const OpenPixels open = ordered_sum(
       pixels, [&](size_t begin, size_t end) { return set_rates_and_bounds(begin, end); });
   if (open.count == 0) return resample_noise_free_pixels();
-  // If no pixel has shown noise, there may still be noise, so all pixels get the same rate.
+  // If no pixel has shown noise, all get the same rate, because they may still be noisy.
   if (open.largest_rate == 0.0f) {
     for (size_t i = 0; i < pixels; ++i)
       rates_[i] = doubles_counts() ? jitter_rate(1.0f, seed_, i) : 1.0f;
@@ -308,8 +309,8 @@ bool RoundPlanner::allocate_by_deviation() {
 // Doubles the samples of pixels whose camera rays hit something but which, like their neighbours,
 // show no noise. Stops when these pixels have kNoiselessSamples in total. For example, a small
 // bucket may be black after its pilot because only one path in thousands finds the light. Unbiased
-// rounds need samples of every pixel, so all pixels double if one does. Must be called only if no
-// pixel may get more samples otherwise.
+// rounds need samples of every pixel, so all pixels double if one does. Called only if no pixel
+// would otherwise get more samples.
 bool RoundPlanner::resample_noise_free_pixels() {
   const size_t pixels = targets_.size();
   const auto noiseless = [&](size_t i) {
@@ -422,8 +423,8 @@ void RoundPlanner::round_to_counts(float uniform_samples) {
   const bool doubling = doubles_counts();
   set_targets([&](size_t i, uint32_t current, float wanted) {
     // If counts double, even the uniform share must not raise a count beyond the next power of two.
-    // Otherwise one of the two compared parts could be much smaller than the other, and a bright
-    // sample in the larger part would hardly show.
+    // Otherwise one of the two parts that SampleHalves compares could be much smaller than the
+    // other, and a bright sample in the larger part would hardly show.
     const float cap = doubling ? std::min(maximum, next_power_of_two(float(current))) : maximum;
     const float share = std::min(std::max(wanted, float(current) + uniform_samples), cap);
     // The maximum need not be a multiple of the step, and random rounding might never reach it. So
@@ -435,8 +436,9 @@ void RoundPlanner::round_to_counts(float uniform_samples) {
   });
 }
 
-// The allocated counts are steps already. Randomly chosen pixels advance at least to the next power
-// of two, so that each pixel gets at least `uniform_samples` more samples on average.
+// The allocated counts are already whole steps (allocate_steps()). Randomly chosen pixels advance
+// at least to the next power of two, so that each pixel gets at least `uniform_samples` more
+// samples on average.
 void RoundPlanner::round_to_steps(float uniform_samples) {
   const uint32_t round_hash = hash_of_round(seed_, round_);
   const float maximum = sample_limit(settings_);
@@ -450,8 +452,8 @@ void RoundPlanner::round_to_steps(float uniform_samples) {
   });
 }
 
-// Gives every unfinished pixel the same number of samples. Without a threshold, only the half of
-// the unfinished pixels that has the larger errors gets samples.
+// Gives each unfinished pixel a batch of samples. Without a threshold, only half of the unfinished
+// pixels get one: those with the larger errors.
 bool RoundPlanner::allocate_evenly() {
   const size_t pixels = targets_.size();
   const double left = settings_.budget > 0 ? double(settings_.budget) * double(pixels) - spent_
@@ -510,7 +512,7 @@ std::vector<float> RoundPlanner::allocate_anew(const AdaptiveSettings& limits, f
       rates[i] = jitter_rate(errors_.deviation[i] / std::sqrt(statistics_.cost[i]), seed_, i);
     }
   });
-  // If no pixel has shown noise, there may still be noise, so all pixels get the same rate.
+  // If no pixel has shown noise, all get the same rate, because they may still be noisy.
   if (std::ranges::none_of(rates, [](float rate) { return rate > 0.0f; })) {
     for (size_t i = 0; i < pixels; ++i) rates[i] = jitter_rate(1.0f, seed_, i);
   }
@@ -521,7 +523,7 @@ std::vector<float> RoundPlanner::allocate_anew(const AdaptiveSettings& limits, f
 
 std::vector<uint32_t> RoundPlanner::planned_counts(const AdaptiveSettings& limits) const {
   if (errors_.error.empty() || entry_.batch > 0) return {};
-  // With fewer than kMaxPilot samples, the second half of a denoised frame would have none.
+  // With fewer than kMaxPilot samples, the film's second half would have no samples.
   uint32_t least = std::max(limits.two_halves ? kMaxPilot : kMinPilot,
                             std::bit_floor(limits.budget / kMinPlannedFraction));
   if (limits.budget > 0) least = std::min(least, limits.budget);

@@ -58,10 +58,10 @@ class RoundPlanner {
   // `targets` samples, according to the last update. The gains are 0 before the first update.
   void expected_gains(std::span<const uint32_t> current, std::span<const uint32_t> targets,
                       std::vector<float>* gains) const;
-  // Returns sample counts for a new frame that starts from the beginning, with these limits and
-  // fixed counts. They follow from the last update, and do not exceed 16 times the present counts.
-  // Returns an empty list before the first update, and for estimators that do not estimate
-  // deviations.
+  // Returns the sample counts for a new frame that has these limits, starts without samples and
+  // does not change the counts later. The counts follow from the error estimates of the last
+  // update, and do not exceed 16 times the present counts. The list is empty before the first
+  // update, and for estimators that do not estimate deviations.
   std::vector<uint32_t> planned_counts(const AdaptiveSettings& limits) const;
   // Raises the budget so that the work of the whole frame is about `factor` times the work so far.
   // Call after plan() has returned false because the budget was spent.
@@ -77,7 +77,7 @@ class RoundPlanner {
     return find_estimator(settings.estimator).halves || settings.unbiased;
   }
   // Writes into the film the pixel variances on which the last error_estimate() is based. Skips
-  // pixels whose variance the film can compute as well. Must not be called while samples are added.
+  // pixels whose variance the film can compute itself. Must not be called while samples are added.
   void write_variances(FilmTile* film) const;
 
   // Returns the error of the whole crop (frame_error.h) at the last update. Returns NaN before the

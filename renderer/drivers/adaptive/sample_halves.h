@@ -2,8 +2,9 @@
 // `nested` uses them.
 //
 // In a scrambled Sobol' sequence, all aligned blocks of 2^k samples are nets of the same quality
-// (samplers/sobol_sampler.h). So the means M1, M2 of a stream's two halves have the same variance
-// V(n/2) and, by symmetry, the same covariance V(n) with their mean M. Hence
+// (samplers/sobol_sampler.h). Let V(n) be the variance of the mean of n such samples, M the mean of
+// n samples, and M1, M2 the means of their first and second half. M1 and M2 have the same variance
+// V(n/2) and, by symmetry, the same covariance V(n) with M. Hence
 //     E (M1 - M)^2 = E ((M1 - M2) / 2)^2 = V(n/2) - V(n).
 // This is the variance that the last doubling removed. It equals V(n) if V ~ 1/n. It overestimates
 // V(n) where stratification does better: by a factor of 1.8 for edges (V ~ n^-1.5), and by a factor
@@ -29,9 +30,9 @@ class Archive;
 // Says at which counts a pixel's samples are divided into two parts.
 enum class SampleParts {
   // The first part ends at the last count that is a power of two and at least 8. The later samples
-  // form the second part. The parts are compared when the second part is half as large as the first
-  // or equally large. Both are then nets, and large enough for a rare bright sample to show in
-  // either.
+  // form the second part. The parts are compared when the second part is half as large as the
+  // first, and when it is as large as the first. At these counts both parts are nets, and large
+  // enough for a rare bright sample to show in either part.
   kPowersOfTwo,
   // The first part ends at the count of the last update, whatever that count was. This is for
   // rounds that are independent of each other.

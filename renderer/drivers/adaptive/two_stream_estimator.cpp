@@ -46,8 +46,8 @@ class PlaneRows {
   std::vector<float> values_;
 };
 
-// Pools rows across, and then down (pooling.h). Keeps the rows that are pooled across while the
-// kernel covers them, so row() must be called for rows from top to bottom.
+// Pools rows across, and then down (pooling.h). Keeps only the pooled-across rows that the kernel
+// covers, so row() must be called for rows from top to bottom.
 class PooledRows {
  public:
   PooledRows(const PixelStatistics& pixels, int first)
@@ -135,7 +135,7 @@ struct Reciprocals {
   void set(const float* counts, const PlaneRows& pooled) {
     invert(counts, 1.0f, &count);
     invert(pooled[kWeight], 1e-6f, &weight);
-    // Without a second stream or a degree of freedom, the result is large but not used.
+    // Without a second stream or a degree of freedom, the reciprocal is large, but it is not used.
     invert(pooled[kFreedom], 1e-6f, &freedom);
     invert(pooled[kStreams], 1e-6f, &streams);
   }

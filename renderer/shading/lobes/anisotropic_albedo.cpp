@@ -3,8 +3,8 @@
 //
 // The table's coordinates are chosen to minimise the interpolation error along each dimension:
 // - for the cosine: sqrt(c/2 + mu/2), where c = (1 + 2 alpha) mu / (mu + 2 alpha) as in
-//   specular_albedo.h, and alpha is that at the direction's azimuth. For azimuths near y, values
-//   change over mu ~ alpha and, because the normals spread along x, also over mu ~ 1;
+//   specular_albedo.h, and alpha is the lobe's at the direction's azimuth. For azimuths near y,
+//   values change over mu ~ alpha and, because the normals spread along x, also over mu ~ 1;
 // - for the azimuth: the eighth root of the alpha at this azimuth, from alpha_y^(1/8) to
 //   alpha_x^(1/8). With alpha_y = 1e-3 and alpha_x = 1, all changes are within a few degrees of y;
 // - for alpha_y: its fourth root, from kMirrorAlpha^(1/4) to 1;

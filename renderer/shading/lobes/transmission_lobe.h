@@ -1,5 +1,5 @@
 // A dielectric interface that reflects and transmits light (KHR_materials_transmission, _ior,
-// _volume). It is smooth or rough, and either is a thin wall or leads into a solid.
+// _volume). It is smooth or rough, and it is a thin wall or the boundary of a solid.
 //
 // Local space is as in bsdf.h, with normal +Z on wo's side. Solids follow Walter et al. 2007,
 // "Microfacet Models for Refraction through Rough Surfaces", with height-correlated Smith GGX,

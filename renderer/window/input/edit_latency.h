@@ -30,7 +30,8 @@ class EditLatency {
   void displayed(const SessionPicture& picture, double time_s);
 
   std::span<const MeasuredEdit> edits() const { return edits_; }
-  // Returns the latency of the newest edit that has been displayed as a filled picture.
+  // Returns the latency of the newest edit that a filled picture on the screen shows. In a filled
+  // picture, every pixel has a value.
   std::optional<double> newest_s() const { return newest_s_; }
 
  private:

@@ -10,9 +10,9 @@
 
 namespace emberline {
 
-// Lets the user choose an item of `list` or, under the name `none_label`, no item, which means the
-// file's default. `what` names the kind of item, such as "Camera". If `placeholder` is not empty,
-// it is shown instead of the chosen item.
+// Lets the user choose an item of `list`. The entry `none_label` resets `target`, which then means
+// the file's default. `what` names the kind of item, such as "Camera". If `placeholder` is not
+// empty, it is shown instead of the chosen item.
 template <class Named>
 bool choose_target(const widgets::Row& row, std::optional<EditTarget>& target,
                    const std::vector<Named>& list, const char* what, const char* none_label,

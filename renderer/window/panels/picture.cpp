@@ -209,7 +209,8 @@ std::string describe_display(const DisplaySettings& display) {
   return words;
 }
 
-// Describes both pictures, so that a different exposure is not mistaken for different light.
+// Describes pictures A and B of the wipe, so that a different exposure is not mistaken for
+// different light.
 void draw_sides(Workbench& bench) {
   const StoredPicture& stored = bench.comparison.stored();
   if (!stored.picture || !bench.picture()) return;

@@ -23,8 +23,8 @@ void shortcut_heading(std::string_view text) {
   ImGui::TextColored(muted_colour(), "%.*s", int(text.size()), text.data());
 }
 
-// Lists one of two columns: the groups before "Picture" or, for the second half, the remaining
-// groups. This makes the columns about equally long.
+// Lists one of two columns: the groups before "Picture" or, if `second_half` is true, the remaining
+// groups. The columns are then about equally long.
 void list_keys(bool second_half) {
   std::string_view group;
   bool in_second = false;

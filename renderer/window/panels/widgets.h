@@ -49,9 +49,9 @@ struct Choice {
   std::string_view name;
   std::string label, summary;
 };
-// Lets the user choose an index in `choices`. While `index` is not valid, shows `placeholder` or,
-// if that is empty, `none_label`. Unless `none_label` is null, the user can also choose it, which
-// sets `index` to -1.
+// Lets the user choose an index in `choices`. If `none_label` is not null, the list also has this
+// entry, which sets `index` to -1. While `index` is not valid, shows `placeholder` or, if that is
+// empty, `none_label`.
 bool choose_index(const Row& row, int& index, std::span<const Choice> choices,
                   const std::string& placeholder = {}, const char* none_label = nullptr);
 bool choose(const Row& row, std::string& value, std::span<const Choice> choices,

@@ -1,5 +1,6 @@
-// Compares two pictures with a wipe. One wipe shows the newest picture, A, beside an earlier
-// picture that the user has kept, B. The other shows the denoised picture beside the raw picture.
+// Compares two pictures with a wipe, a movable line with a picture on each side. Wipe::kStored
+// shows the newest picture, A, and an earlier picture that the user has kept, B. Wipe::kRaw shows
+// the denoised and the raw picture.
 //
 // Used on the window's thread only; nothing here blocks.
 #pragma once
