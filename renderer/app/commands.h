@@ -73,8 +73,8 @@ struct ShowOptions {
   LimitOptions limits;
 };
 
-// Writes the same .png and .jpg files as `render -o` would, with two exceptions: the denoised
-// picture is shown only as the layer "denoised", and values have the precision of the file (half
+// Writes the same .png and .jpg files as `render -o` would, with two exceptions. A denoised picture
+// is shown only if the layer "denoised" is chosen. Values have the precision of the file (half
 // floats, lossy compression). A layer with a single channel is shown in grey. If its values are not
 // all between 0 and 1, its least value is black and its greatest value is white. Keeps only the
 // .png and .jpg pictures and a band of rows in memory. Returns the exit code. Throws InputError if
@@ -132,10 +132,11 @@ struct CompareOptions {
 // reference, and every metric if no pixel is finite in both pictures.
 //
 // If the names have a frame number ("shot.####.exr"), compares all frames that both sequences have.
-// The reference may be a single picture. The JSON then has the keys `frames`, with `frame`,
-// `flicker` and `flicker_share` (renderer/statistics/flicker.h) added to the metrics of each, and
-// `summary`, with the median, mean and largest value of relmse, relmse_trimmed, flip and flicker.
-// Motion is that of the layer `velocity` of the reference or, if it has none, of the picture.
+// The reference may be a single picture. The JSON then has the keys `frames` and `summary`.
+// `frames` lists the metrics of each frame, and also its `frame`, `flicker` and `flicker_share`
+// (renderer/statistics/flicker.h). `summary` has the median, mean and largest value of relmse,
+// relmse_trimmed, flip and flicker. Flicker is measured along the motion in the layer `velocity` of
+// the reference or, if it has none, of the picture.
 //
 // For the FLIP picture, see renderer/output/flip_picture.h. A difference picture in EXR has the
 // channels R, G and B, which are not clamped, and "flip".
@@ -158,13 +159,13 @@ struct DenoiseOptions {
   LimitOptions limits;
 };
 
-// Without `across`, the result is bit-identical to that of `render --denoise`. If `across` is set,
-// the result depends only on the frame's file and on the files of its neighbours. A scratch file
-// beside the first output holds each neighbour without compression. Memory use grows
-// with the frame's width or, if a .png or .jpg is written, with its number of pixels. Returns the
-// exit code. Throws InputError if the frame is unreadable or lacks channels, UsageError for wrong
-// options, and RenderError if an output cannot be written. In a sequence, an error of one frame is
-// logged, and the others are still denoised.
+// Without `across`, the result is bit-identical to that of `render --denoise`. With `across`, the
+// result depends only on the files of the frame and its neighbours, not on which `frames` are
+// denoised. A scratch file beside the first output holds each neighbour without compression. Memory
+// use grows with the frame's width or, if a .png or .jpg is written, with its number of pixels.
+// Returns the exit code. Throws InputError if the frame is unreadable or lacks channels, UsageError
+// for wrong options, and RenderError if an output cannot be written. In a sequence, an error of one
+// frame is logged, and the others are still denoised.
 int run_denoise(const DenoiseOptions& options);
 
 // `emberline plan`: decides how many samples each pixel of a frame gets, for the setting `plan`.
@@ -173,8 +174,9 @@ struct PlanOptions {
   std::string output;   // the plan's file
 };
 
-// Renders a pilot with an eighth of the frame's samples, and writes the counts that follow from it.
-// Returns the exit code; a stopped pilot writes nothing. Throws EmberlineError.
+// Renders a pilot, which is the frame with an eighth of its samples. Writes the sample counts that
+// follow from the pilot's noise. Returns the exit code; a stopped pilot writes nothing. Throws
+// EmberlineError.
 int run_plan(const PlanOptions& options);
 
 // `emberline extend`: renders further samples of a finished frame, up to more samples per pixel or
