@@ -13,8 +13,8 @@ struct FilmSample;
 inline constexpr uint32_t kShadowSums = 9;
 void add_shadow(const FilmSample& sample, double* sums);
 
-// Writes the R G B factor for the plate, in [0, 1]: received over unshadowed light on catchers, 1
-// elsewhere.
+// Writes the R G B factor for the plate, in [0, 1]. On catchers, it is the received light divided
+// by the unshadowed light; elsewhere, it is 1.
 void put_shadow(const double* sums, float* rgb);
 // Returns the sum of the weights of the samples that see a catcher or the background. Only these
 // samples determine the factor of put_shadow().

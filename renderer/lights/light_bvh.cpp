@@ -28,7 +28,7 @@ struct ScaledQuery {
   bool both_sides;
 };
 
-// Values for both children of a pair, in the lower two of four lanes.
+// One value for each of two sibling nodes, in the lower two of four lanes.
 using Lanes = Color4;
 using LaneMask = int32_t __attribute__((vector_size(16)));
 

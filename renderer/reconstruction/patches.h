@@ -31,9 +31,10 @@ inline float exp_minus(float x) {
   return x < 87.0f ? p * scale : 0.0f;
 }
 
-// Writes to `means` the mean distance over the patch around each of the run's pixels, for the
-// kTileRows rows from y0 on. distance(y, out) must write the kPatchRun per-pixel distances of row
-// y, beginning kPatchPad columns to the left of the run.
+// A run is kRun neighbouring pixels of a row. For each pixel of the run, in each of the kTileRows
+// rows from y0 on, writes to `means` the mean distance over the patch around the pixel. distance(y,
+// out) must write the kPatchRun per-pixel distances of row y, beginning kPatchPad columns to the
+// left of the run.
 template <int Radius, typename Distance>
 void patch_means(int y0, const Distance& distance, float (*means)[kRun]) {
   float single[kTileRows + 2 * Radius][kPatchRun];

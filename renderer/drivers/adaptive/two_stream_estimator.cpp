@@ -46,8 +46,9 @@ class PlaneRows {
   std::vector<float> values_;
 };
 
-// Pools rows across, and then down (pooling.h). Keeps only the pooled-across rows that the kernel
-// covers, so row() must be called for rows from top to bottom.
+// Pools the values first along each row, and then down the columns (pooling.h). Of the results of
+// the first step, keeps only the rows that the kernel covers. So row() must be called for rows from
+// top to bottom.
 class PooledRows {
  public:
   PooledRows(const PixelStatistics& pixels, int first)
