@@ -215,9 +215,9 @@ std::string strip_comments(const std::string& text) {
   return result;
 }
 
-// Returns the names of anchors ('&') or aliases ('*'). Plain text may look like an anchor or an
-// alias, but only an alias with a matching anchor counts. Treats all non-ASCII characters as the
-// same character, since the YAML parser replaces every damaged character by the same one.
+// Returns the names that follow `indicator`: '&' for anchors, '*' for aliases. Plain text may have
+// such names too, so the caller counts only aliases that have an anchor. Treats all non-ASCII
+// characters as the same one, since the YAML parser replaces every damaged character by the same.
 std::vector<std::string> yaml_names(const std::string& text, char indicator) {
   std::vector<std::string> names;
   for (size_t i = text.find(indicator); i != std::string::npos; i = text.find(indicator, i + 1)) {

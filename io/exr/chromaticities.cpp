@@ -23,7 +23,7 @@ Imath::V3d xyz(const Chromaticities& c, size_t i) {
 }
 
 // Returns the matrix from a row vector (R, G, B) to the cone responses of Bradford's transform,
-// relative to white.
+// each divided by the response to white.
 Imath::M33d to_adapted_cones(const Chromaticities& c, const std::string& place) {
   // J. Lam, "Metamerism and colour constancy", 1985.
   const Imath::M33d cones(0.8951, -0.7502, 0.0389, 0.2664, 1.7135, -0.0685, -0.1614, 0.0367,

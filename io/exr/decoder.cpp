@@ -35,7 +35,7 @@
 namespace emberline {
 namespace {
 
-// Returns OpenEXR's message as one line. The stream's name and what precedes it are dropped.
+// Returns OpenEXR's message as one line, without the stream's name and the text before it.
 std::string exr_message(std::string_view text) {
   constexpr std::string_view kStream = "\"image\". ";
   if (const size_t stream = text.find(kStream); stream != std::string_view::npos)
@@ -205,7 +205,7 @@ class ExrDecoder final : public ImageDecoder {
   // A part whose channels are read.
   struct Part {
     int number = 0;
-    int first = 0, end = 0;  // its channels among the image's channels
+    int first = 0, end = 0;  // range of its channels in the image
     Imf::ChannelList channels;
   };
   // The first block of a part that cannot be read.
@@ -219,7 +219,7 @@ class ExrDecoder final : public ImageDecoder {
     Rect pixels;
     int first, last;  // channels of the image
     Imf::PixelType type;
-    std::byte* out;  // for channel `first` of the upper left pixel of `pixels`
+    std::byte* out;  // address of channel `first` of the upper left pixel
     size_t row;
   };
 
@@ -320,7 +320,7 @@ std::string ExrDecoder::read(const Rect& pixels, int first, int last, SampleType
     std::string error = catch_exr_errors([&] {
       std::unique_ptr<OpenFile> file = take_file();
       failures[task] = read_blocks(*file, begin, end, request);
-      if (!failures[task].error.empty()) return;  // not reused: its position is unknown
+      if (!failures[task].error.empty()) return;  // `file` is not reused: its position is unknown
       const std::lock_guard lock(mutex_);
       idle_.push_back(std::move(file));
     });

@@ -124,7 +124,7 @@ struct ExrWriter::Impl {
     std::vector<const PictureChannel*> channels;  // pointers into `header`
     ExrCompression compression = ExrCompression::kZip;
     std::vector<uint64_t> tiles;      // file offsets, row-major; 0: not written
-    exr_context_t encoder = nullptr;  // for a file with only this part, which is never written
+    exr_context_t encoder = nullptr;  // for an imaginary file with only this part
   };
 
   Impl(const std::string& path, const ExrHeader& frame_header) : header(frame_header), file(path) {

@@ -51,9 +51,9 @@ struct ExrHeader {
   int tile_size = 64;         // tiles start at the data window's corner
   std::vector<PictureChannel> channels;
   ExrView view = {};
-  // Used for all parts, with one exception: OpenEXR takes some channels for colour or luminance
-  // because of their names. If is_colour() is false for such a channel, its part uses kZip instead
-  // of a lossy compression.
+  // The compression of all parts, with one exception. Lossy compression would blur a data channel
+  // whose name looks like a colour or luminance to OpenEXR. A part with such a channel (for which
+  // is_colour() is false) uses kZip instead.
   ExrCompression compression = ExrCompression::kZip;
   ExrParts parts = ExrParts::kOne;
   // String attributes, such as the settings, the versions, the seed and the command line.

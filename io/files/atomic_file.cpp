@@ -104,8 +104,8 @@ class CreationGuard {
   sigset_t old_signal_mask_;
 };
 
-// Follows the symbolic links of `path`. If the file does not exist, resolves its folder at this
-// point, since links to the folder may change later, while a frame renders.
+// Follows the symbolic links of `path`. If the file does not exist, resolves the links to its
+// folder, since these may change while a frame renders.
 std::string resolve_links(const std::string& path) {
   if (const std::optional<std::string> file = real_path(path)) return *file;
   const std::filesystem::path end = follow_links(path);

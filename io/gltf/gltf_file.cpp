@@ -84,7 +84,7 @@ struct GltfFile::State {
   std::optional<std::pair<std::string, bool>> selection;
   GltfAnimation animation;
   nlohmann::json original_members =
-      nlohmann::json::object();  // root members that animation pointers overwrite, as in the file
+      nlohmann::json::object();  // original root members, which animation pointers overwrite
   MemoryReservation original_members_memory;
   GltfCache cache;
 };

@@ -139,7 +139,7 @@ CleanImage clean_jpeg(Bytes bytes, const std::string& place) {
     const bool kept =
         application ? (marker == 0xe0 && starts_with(segment, std::string_view("JFIF\0", 5), 4)) ||
                           (marker == 0xee && starts_with(segment, "Adobe", 4))
-                    : marker < 0xf0;  // no JPG extensions and comments
+                    : marker < 0xf0;  // drops JPG extensions and comments
     if (!kept) continue;
     if (is_frame_marker(marker) && clean.header.width == 0) {
       read_frame_header(segment, &clean.header, &components, &min_bits);

@@ -57,8 +57,8 @@ struct LegendLayout {
 LegendLayout lay_out_legend(int width, int height, std::span<const LegendItem> items,
                             const LegendBar* bar);
 
-// Returns a picture with the legend; the frame has the background colour. `bar` must be the one
-// that was passed to lay_out_legend().
+// Returns the whole picture with the legend. The frame's area is filled with the background colour.
+// `bar` must be the one that was passed to lay_out_legend().
 BytePicture draw_legend(const LegendLayout& layout, const LegendBar* bar);
 
 }  // namespace emberline

@@ -69,10 +69,10 @@ struct Crossing {
   bool extrapolated = false;
 };
 
-// Finds the segment in which the coordinate `from` of the curve first reaches the value `at`, and
-// interpolates the coordinate `to` there. Returns nothing if `from` does not rise (`direction` 1)
-// or fall (`direction` -1) along this segment. A curve with only one point is extended as a line
-// with the slope d(to) / d(from) = `slope`.
+// Returns the coordinate `to` of the point at which the coordinate `from` of the curve first
+// reaches `at`. Interpolates within a segment, or extends the first or last one. Returns nothing if
+// `from` does not rise (`direction` 1) or fall (`direction` -1) along this segment. A curve with
+// only one point is extended as a line with the slope d(to) / d(from) = `slope`.
 std::optional<Crossing> interpolate(const LogCurve& curve, double LogPoint::*from,
                                     double LogPoint::*to, double direction, double slope,
                                     double at) {

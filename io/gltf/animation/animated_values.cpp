@@ -21,7 +21,8 @@ constexpr std::string_view kMaterials = "/materials/", kCameras = "/cameras/",
 constexpr const char* kFactor = "/emissiveFactor";
 constexpr const char* kStrength = "/extensions/KHR_materials_emissive_strength/emissiveStrength";
 
-// Largest error of a curve, relative to the largest of the compared values.
+// Largest error at a tested point of a curve, relative to the largest of the values at this point
+// and at the ends of its interval.
 constexpr double kTolerance = 1e-3;
 // An interval between key frames is divided into at most 2^kMaxHalvings pieces, or into fewer if
 // the curve would exceed kMaxPieces in total. Shorter pieces would not be visible.

@@ -14,7 +14,7 @@ namespace {
 using nlohmann::json;
 
 struct NodePropertyEntry {
-  std::string_view path;  // in a channel's target, or after the node in a pointer
+  std::string_view path;  // in a channel's target, or the end of a pointer to a node
   NodeProperty property;
   size_t width;
 };

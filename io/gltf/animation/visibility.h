@@ -19,7 +19,8 @@ class GltfVisibility {
   // Throws InputError for more changes than memory or the file's size allows.
   GltfVisibility(const GltfDocument& document, const GltfAnimation& animation);
 
-  // Whether, and at which times (null: all), the node is visible while the shutter is open.
+  // Whether the node is visible at any time while the shutter is open. times() returns these times,
+  // or null if the node is always visible.
   bool is_ever_visible(size_t node) const { return visible_times_[node] != never_visible_; }
   const std::shared_ptr<const VisibilityTimes>& times(size_t node) const {
     return visible_times_[node];

@@ -66,7 +66,7 @@ constexpr Property kTextureInfoExtensions[] = {object("KHR_texture_transform", k
 constexpr Property kTextureInfo[] = {required(integer("index")), integer("texCoord", 0, 15),
                                      number("scale"), defaultable(number("strength")),
                                      object("extensions", kTextureInfoExtensions)};
-// The reference to a texture that does not affect the picture, and so may be missing.
+// A reference to a texture that may be missing, because it does not affect the picture.
 constexpr Property kDefaultableTextureInfo[] = {
     required(propagating(index("index", "/textures"))), integer("texCoord", 0, 15),
     defaultable(number("strength")), object("extensions", kTextureInfoExtensions)};

@@ -178,7 +178,7 @@ uint16_t SliceReader::next_endpoint(size_t x, uint32_t prediction) {
 uint16_t SliceReader::next_selector() {
   constexpr uint32_t kShortestRun = 3, kLongRun = 63;
   const uint32_t count = uint32_t(tables_.selectors.size()), run = count + tables_.history;
-  uint32_t symbol = count;  // the front of the history, which a run repeats
+  uint32_t symbol = count;  // means the front of the history, which a run repeats
   if (selector_run_ > 0) {
     --selector_run_;
   } else {

@@ -28,8 +28,8 @@ HuffmanTable::HuffmanTable(std::span<const uint8_t> lengths, const std::string& 
 }
 
 uint32_t HuffmanTable::decode(BitReader& bits) const {
-  // Codes of the same length are consecutive numbers. The first code of the next length is twice
-  // the number that follows the last of these codes.
+  // Codes of the same length are consecutive numbers. Adding 1 to the last of them and doubling the
+  // sum gives the first code of the next length.
   uint32_t code = 0, first = 0, index = 0;
   for (size_t length = 1; length <= kMaxCodeLength; ++length) {
     code |= bits.take(1);

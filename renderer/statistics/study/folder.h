@@ -29,7 +29,7 @@ class StudyFolder {
 
   // Reserves the folder for one study. If the folder has the runs of a study with another key,
   // throws UsageError or, with `restart`, removes these runs. Throws InputError for damaged
-  // settings. `files` are all files that the study will write except its settings and its Pace. If
+  // settings. `files` are all files that the study will write except its settings and its pace. If
   // one of these files exists, it must belong to a study.
   void begin(const std::string& key, std::vector<std::string> files, bool restart);
   void claim(const std::vector<std::string>& files) { folder_.claim(files); }

@@ -31,7 +31,7 @@ struct StudyPlan {
 };
 
 // Throws UsageError for an empty list, unknown or repeated names, budgets that are not ascending,
-// or an unknown baseline. A combination that cannot be rendered becomes a method with an
+// or an unknown baseline. A method that cannot be rendered at every budget gets an
 // `unsupported_reason`. If all methods have such a reason, throws UsageError.
 StudyPlan plan_study(const StudyOptions& options);
 

@@ -46,9 +46,9 @@ std::optional<ReferenceHalf> render_reference_half(const StudyRenderer& renderer
 RgbImage reference_picture(const ReferenceHalf& half, const Rect& crop);
 
 // Computes the Neyman limits from the variance of the halves' samples, which are treated as
-// independent, and from the time of each pixel. Uses the smaller of a pixel's two times in the
-// halves, because other work disturbed it less. `samples` is the number of samples per pixel in one
-// half.
+// independent, and from the time of each pixel. Each half has a time for each pixel. The smaller
+// one is used, because other work on the machine disturbed its measurement less. `samples` is the
+// number of samples per pixel in one half.
 NeymanLimits reference_limits(const std::array<ReferenceHalf, 2>& halves, uint32_t samples,
                               const ReferencePicture& reference);
 
