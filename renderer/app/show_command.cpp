@@ -296,7 +296,7 @@ struct SequenceState {
   FrameAnimation* animation = nullptr;
   bool prefers_denoised = false;              // without --layer
   void (*log)(std::string_view) = log_error;  // for frames that fail
-  std::vector<int> shown;                     // frames that did not fail
+  std::vector<int> animated;                  // frames that are in the animation
 };
 
 bool is_displayed(const ShowOptions& options) {
@@ -366,9 +366,10 @@ int show_frames(const ShowOptions& options, std::span<const int> frames, Sequenc
   }
   int exit_code = kExitDone;
   for (const int number : frames) {
+    if (options.outputs.empty() && !sequence.animation) break;  // memory has ended the animation
     try {
       const int code = show_frame(options_of_frame(options, number), sequence);
-      if (code == kExitDone) sequence.shown.push_back(number);
+      if (code == kExitDone && sequence.animation) sequence.animated.push_back(number);
       exit_code = std::max(exit_code, code);
       sequence.hints = false;
     } catch (const std::exception& error) {
@@ -468,7 +469,7 @@ AnimatedFrames animate_frames(const ShowOptions& options, int max_side, const Re
   show_frames(animated, options.frames, sequence);
   if (animation.size() == 0) return {};
   return {animation.encode(options.fps.value_or(kAnimationFps), options.image), animation.width(),
-          animation.height(), sequence.shown};
+          animation.height(), sequence.animated};
 }
 
 }  // namespace emberline
