@@ -3,20 +3,17 @@
 
 #include <algorithm>
 #include <atomic>
-#include <chrono>
-#include <condition_variable>
 #include <iterator>
 #include <mutex>
 #include <nlohmann/json.hpp>
-#include <thread>
 #include <utility>
 
 #include "renderer/api/frame_parts.h"
 #include "renderer/api/picture_sink.h"
 #include "renderer/core/errors.h"
+#include "renderer/engine/frame_stop.h"
 #include "renderer/engine/render_plan.h"
 #include "renderer/engine/setting_table.h"
-#include "renderer/engine/stop_request.h"
 #include "renderer/output/checkpoint_head.h"
 #include "renderer/output/frame_checkpoint.h"
 #include "renderer/output/frame_extension.h"
@@ -25,33 +22,6 @@
 
 namespace emberline::api {
 namespace {
-
-// Requests a stop when the caller requests one or the time limit is reached.
-class FrameStop {
- public:
-  FrameStop(const std::stop_token& stop, const std::stop_token& give_up)
-      : by_caller_(stop, [this] { request_.request(PixelStop::kUser); }),
-        by_abandonment_(give_up, [this] { request_.request(PixelStop::kUser); }) {}
-  // Starts the clock of the time limit. Call this once.
-  void begin(const std::optional<TimeLimit>& limit) {
-    if (!limit) return;
-    clock_ = std::jthread([this, limit = *limit](const std::stop_token& thread_stop) {
-      std::unique_lock lock(mutex_);
-      wake_.wait_for(lock, thread_stop, std::chrono::duration<double>(limit.seconds),
-                     [] { return false; });
-      if (!thread_stop.stop_requested()) request_.request(limit.cause);
-    });
-  }
-  std::stop_token token() const { return request_.token(); }
-  PixelStop cause() const { return request_.cause(); }
-
- private:
-  StopRequest request_;
-  std::stop_callback<std::function<void()>> by_caller_, by_abandonment_;
-  std::mutex mutex_;
-  std::condition_variable_any wake_;
-  std::jthread clock_;
-};
 
 // Collects a frame's tiles, reports progress and saves checkpoints.
 class ProgressSink final : public PictureSink {

@@ -129,10 +129,12 @@ void add_study_methods(CLI::App* app, StudyOptions& o) {
                    "bucket,bisection,adaptive"),
       "driver");
   add("--estimators", o.estimators,
-      study_option("error estimators of the adaptive driver",
-                   "Compare these estimators of the adaptive driver, a comma-separated list of "
-                   "ESTIMATOR[/ALLOCATION][/unbiased].",
-                   o.estimators, "--estimators nested,kajiya"),
+      study_option(
+          "error estimators of the adaptive driver",
+          "Compare these estimators of the adaptive driver, a comma-separated list of "
+          "ESTIMATOR[/ALLOCATION][/unbiased or /planned]. A planned frame has the counts of "
+          "the command plan; its samples and time include the pilot.",
+          o.estimators, "--estimators nested,kajiya"),
       "estimator");
   CLI::Option* samplers = app->add_option("--samplers", o.samplers)->type_name("LIST");
   describe(samplers,
@@ -150,7 +152,8 @@ void add_study_methods(CLI::App* app, StudyOptions& o) {
       study_option(
           "rendering times to measure at, not sample counts",
           "Measure after these rendering times, in seconds, instead of at sample counts. LIST is a "
-          "comma-separated list in ascending order.",
+          "comma-separated list in ascending order. A separate frame plans for its time like "
+          "`time-budget`.",
           "", "--seconds 1,2,4,8"));
   add_number(app, "--seeds", o.seeds, 1u, kMaxStudySeeds,
              study_option("runs of each method, with different seeds",

@@ -59,6 +59,7 @@ struct StudyMethod {
   std::string driver, sampler;
   std::string estimator, allocation;  // for adaptive drivers, otherwise empty
   bool unbiased = false;
+  bool planned = false;   // a pilot decided the sample counts; samples and times include it
   bool denoised = false;  // whether its pictures are denoised
   // Names of the picture files, relative to the study's folder; empty if there is no picture. The
   // pictures come from the first seed and the largest budget. The EXR has the channels R, G, B, A

@@ -202,6 +202,7 @@ Json methods_json(const StudyResults& results) {
                     {"estimator", m.estimator},
                     {"allocation", m.allocation},
                     {"unbiased", m.unbiased},
+                    {"planned", m.planned},
                     {"denoised", m.denoised},
                     {"sampler", m.sampler},
                     {"pictures",

@@ -21,8 +21,8 @@ inline constexpr std::initializer_list<SettingGroup> kStudySettings = {
 
 struct StudyOptions {
   RenderOptions frame;  // settings in kStudySettings, the scene and the limits of the run
-  // Comma-separated lists. An estimator may be followed by its allocation and by `unbiased`:
-  // "two-stream/mse", "two-stream/display/unbiased".
+  // Comma-separated lists. An estimator may be followed by its allocation and by `unbiased` or
+  // `planned`: "two-stream/mse", "two-stream/display/unbiased", "nested/planned".
   std::string drivers = "bucket,bisection,adaptive";
   std::string estimators{kDefaultEstimator};
   std::optional<std::string> samplers;      // default: sobol; with --convergence: all

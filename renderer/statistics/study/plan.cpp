@@ -51,6 +51,7 @@ std::vector<std::string> parse_names(const std::string& list, const char* option
 struct EstimatorChoice {
   std::string text;             // as the user wrote it
   FrameSettings settings = {};  // estimator, allocation and `unbiased`
+  bool planned = false;
 };
 
 EstimatorChoice parse_estimator(const std::string& text) {
@@ -62,14 +63,15 @@ EstimatorChoice parse_estimator(const std::string& text) {
     parts.erase(parts.begin());
   };
   parse_part("estimator");
-  if (!parts.empty() && parts.back() == "unbiased") {
-    choice.settings.unbiased = true;
+  if (!parts.empty() && (parts.back() == "unbiased" || parts.back() == "planned")) {
+    choice.planned = parts.back() == "planned";
+    choice.settings.unbiased = !choice.planned;
     parts.pop_back();
   }
   if (!parts.empty()) parse_part("allocation");
   if (!parts.empty()) {
     throw UsageError("`estimators`: '" + shortened(text) +
-                     "' does not have the form ESTIMATOR[/ALLOCATION][/unbiased]");
+                     "' does not have the form ESTIMATOR[/ALLOCATION][/unbiased or /planned]");
   }
   return choice;
 }
@@ -103,6 +105,10 @@ bool is_fixed_count(const std::string& sampler) {
 std::string find_unsupported_reason(const PlannedMethod& method, const StudyPlan& plan) {
   try {
     for (const double budget : plan.budgets) {
+      if (method.deadlines) {
+        RenderPlan{deadline_options(method, budget, 0)};
+        continue;
+      }
       const auto samples = plan.by_time ? uint32_t(64) : uint32_t(budget);
       RenderOptions options = frame_options(method, samples, 0);
       options.spp = samples;  // not rounded, so that unsupported numbers are reported
@@ -132,8 +138,10 @@ PlannedMethod plan_method(const StudyOptions& options, const std::string& driver
     o.allocation = estimator->settings.allocation;
     m.allocation = allocation_of(o);
     m.unbiased = o.unbiased = estimator->settings.unbiased;
+    m.planned = estimator->planned;
+    if (m.planned) o.plan = "made by the study";
     planned.id += "-" + m.estimator + (m.allocation.empty() ? "" : "-" + m.allocation) +
-                  (m.unbiased ? "-unbiased" : "");
+                  (m.unbiased ? "-unbiased" : "") + (m.planned ? "-planned" : "");
   }
   m.denoised = o.denoise = denoise;
   if (several_samplers) m.name += "/" + sampler;
@@ -143,6 +151,7 @@ PlannedMethod plan_method(const StudyOptions& options, const std::string& driver
   }
   planned.id += "-" + sampler;
   planned.separate = options.separate || options.denoise || is_fixed_count(sampler) || is_tiled(o);
+  planned.deadlines = planned.separate && options.seconds && !is_fixed_count(sampler);
   return planned;
 }
 
@@ -191,6 +200,13 @@ RenderOptions frame_options(const PlannedMethod& method, uint32_t samples, uint3
   RenderOptions options = method.options;
   const auto& sampler = find_named(sampler_table(), "`samplers`", "sampler", method.method.sampler);
   options.spp = sampler.counts == SampleCounts::kPowerOfTwo ? std::bit_floor(samples) : samples;
+  options.seed = seed;
+  return options;
+}
+
+RenderOptions deadline_options(const PlannedMethod& method, double seconds, uint32_t seed) {
+  RenderOptions options = method.options;
+  options.time_budget_s = seconds;
   options.seed = seed;
   return options;
 }

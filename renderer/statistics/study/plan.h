@@ -19,6 +19,9 @@ struct PlannedMethod {
   // for drivers that show nothing before they finish, and for samplers that must know the number of
   // samples in advance.
   bool separate = false;
+  // Whether a budget in seconds is the `time-budget` of the frame. True for separate frames, unless
+  // the sampler must know the number of samples in advance.
+  bool deadlines = false;
   std::string unsupported_reason;  // why the method cannot be rendered; empty if it can
 };
 
@@ -45,5 +48,8 @@ std::vector<size_t> study_order(size_t methods, uint32_t seed);
 // Returns the options of one frame of a method. `samples` is the number of samples per pixel (the
 // average, with adaptive sampling); it is rounded down to a number that the sampler supports.
 RenderOptions frame_options(const PlannedMethod& method, uint32_t samples, uint32_t seed);
+
+// Returns the options of one frame of a method that plans its samples for the given time.
+RenderOptions deadline_options(const PlannedMethod& method, double seconds, uint32_t seed);
 
 }  // namespace emberline

@@ -5,12 +5,15 @@
 #include <algorithm>
 #include <cmath>
 
+#include "renderer/core/errors.h"
 #include "renderer/engine/film_memory.h"
 #include "renderer/engine/frame_scene.h"
+#include "renderer/engine/frame_stop.h"
 #include "renderer/engine/render_clock.h"
 #include "renderer/engine/render_job.h"
 #include "renderer/engine/render_plan.h"
 #include "renderer/output/denoise_pass.h"
+#include "renderer/output/plan_pilot.h"
 #include "renderer/output/report.h"
 #include "renderer/output/rgb_file.h"
 
@@ -23,6 +26,12 @@ void warn_of_counters(const RenderOptions& o, const RenderCounters& counters) {
                         fmt::format("by render with `driver` {}{} `sampler` {} `seed` {}", o.driver,
                                     estimator, o.sampler, o.seed));
   warn_about_optics(counters.optics);
+}
+
+// Returns the options of the pilot of a planned frame.
+RenderOptions study_pilot(RenderOptions planned) {
+  planned.plan.clear();
+  return pilot_of(planned);
 }
 
 StudyCheckpoint checkpoint(const Rect& crop, double budget, uint64_t samples, double wall_s,
@@ -40,15 +49,17 @@ StudyCheckpoint checkpoint(const Rect& crop, double budget, uint64_t samples, do
 // Collects the channels of finished tiles.
 class TileCollector : public RenderSink {
  public:
+  // `end`, if given, knows why the frame was stopped. If it is null, the user has stopped it.
   TileCollector(const Rect& crop, const AovSet& aovs,
-                const std::function<void(uint64_t)>& on_samples)
-      : crop_(crop), on_samples_(on_samples) {
+                const std::function<void(uint64_t)>& on_samples, const FrameStop* end = nullptr)
+      : crop_(crop), on_samples_(on_samples), end_(end) {
     values_.resize(size_t(crop.area()) * film_channels(aovs).size());
   }
   void tile_finished(const FilmTile& tile) override { put_channels(tile, crop_, values_); }
   void samples_finished(uint64_t count) override {
     if (on_samples_) on_samples_(count);
   }
+  PixelStop stop_cause() const override { return end_ ? end_->cause() : PixelStop::kUser; }
   std::vector<float> take_values() { return std::move(values_); }
 
  protected:
@@ -56,6 +67,7 @@ class TileCollector : public RenderSink {
 
  private:
   const std::function<void(uint64_t)>& on_samples_;
+  const FrameStop* end_;
   std::vector<float> values_;
 };
 
@@ -162,23 +174,55 @@ uint64_t StudyRenderer::frame_bytes(const RenderOptions& options, size_t budgets
   const std::vector<std::string> channels = film_channel_names(aovs);
   const uint64_t floats = channels.size() + budgets * kStudyPictureChannels;
   const uint64_t filter = options.denoise ? denoise_bytes(crop_, kStudyTile, channels) : 0;
-  return filter + bytes_of(pixels(), job_bytes_per_pixel(RenderPlan(options).drivers(), aovs) +
-                                         floats * sizeof(float));
+  uint64_t job = job_bytes_per_pixel(RenderPlan(options).drivers(), aovs);
+  if (!options.plan.empty()) {
+    const RenderOptions pilot = study_pilot(options);
+    job = std::max(job, job_bytes_per_pixel(RenderPlan(pilot).drivers(), aovs_of(pilot))) +
+          sizeof(uint32_t);
+  }
+  return filter + bytes_of(pixels(), job + floats * sizeof(float));
 }
 
 std::optional<StudyPicture> StudyRenderer::render(const RenderOptions& options, const AovSet& aovs,
                                                   const std::stop_token& stop) const {
-  const RenderPlan plan(options, {.aovs = aovs});
-  TileCollector collector(crop_, aovs, on_samples_);
   const RenderClock clock;
-  const std::unique_ptr<RenderJob> job = plan.prepare(*scene_, camera_, stop);
-  const RenderCounters counters = job->render(collector, stop).counters;
+  uint64_t pilot_samples = 0;
+  std::shared_ptr<const SamplePlan> sample_plan;
+  if (!options.plan.empty()) {
+    sample_plan = plan_samples(options, stop, &pilot_samples);
+    if (!sample_plan) return std::nullopt;
+  }
+  const RenderPlan plan(options, {.aovs = aovs, .sample_plan = sample_plan});
+  FrameStop end(stop);
+  TileCollector collector(crop_, aovs, on_samples_, &end);
+  const std::unique_ptr<RenderJob> job = plan.prepare(*scene_, camera_, end.token());
+  end.begin(time_limit_of(options));
+  const RenderCounters counters = job->render(collector, end.token()).counters;
   const double wall = clock.seconds(), cpu = clock.cpu_seconds();
   if (counters.stopped) return std::nullopt;
   warn_of_counters(options, counters);
   job->deliver(collector);
-  return StudyPicture{checkpoint(crop_, 0, counters.samples, wall, cpu, job->error_estimate()),
-                      collector.take_values(), counters.non_finite_samples};
+  return StudyPicture{
+      checkpoint(crop_, 0, pilot_samples + counters.samples, wall, cpu, job->error_estimate()),
+      collector.take_values(), counters.non_finite_samples};
+}
+
+std::shared_ptr<const SamplePlan> StudyRenderer::plan_samples(const RenderOptions& planned,
+                                                              const std::stop_token& stop,
+                                                              uint64_t* samples) const {
+  const RenderPlan plan(study_pilot(planned), {.aovs = AovSet()});
+  TileCollector collector(crop_, {}, on_samples_);
+  const std::unique_ptr<RenderJob> job = plan.prepare(*scene_, camera_, stop);
+  const RenderCounters counters = job->render(collector, stop).counters;
+  if (counters.stopped) return nullptr;
+  *samples += counters.samples;
+  RenderOptions limits = planned;
+  limits.plan.clear();
+  auto result = std::make_shared<SamplePlan>();
+  result->crop = crop_;
+  result->counts = job->planned_counts(RenderPlan(limits).driver_settings.adaptive);
+  if (result->counts.empty()) throw RenderError("the pilot has no estimates");
+  return result;
 }
 
 ProgressiveFrame StudyRenderer::render_progressive(const RenderOptions& options,

@@ -19,6 +19,7 @@
 namespace emberline {
 
 class AovSet;
+struct SamplePlan;
 
 // The number of channels of an intermediate picture: R, G, B, A and samples. A finished frame may
 // have more channels after these five.
@@ -64,9 +65,10 @@ class StudyRenderer {
   // `callback` receives the number of new samples; any thread may call it.
   void on_samples(std::function<void(uint64_t)> callback) { on_samples_ = std::move(callback); }
 
-  // Renders a whole frame with the driver, sampler, number of samples and seed of the options.
-  // Returns nothing if a stop was requested. Warns about non-finite samples, with a command that
-  // replays the first one. Uses the calling thread's TBB arena, as does render_progressive().
+  // Renders a whole frame with the driver, sampler, number of samples (or time) and seed of the
+  // options. If they have a plan, renders the pilot first and plans the frame by it. Returns
+  // nothing if a stop was requested. Warns about non-finite samples, with a command that replays
+  // the first one. Uses the calling thread's TBB arena, as does render_progressive().
   std::optional<StudyPicture> render(const RenderOptions& options, const AovSet& aovs,
                                      const std::stop_token& stop) const;
 
@@ -79,6 +81,11 @@ class StudyRenderer {
                                       bool by_time, const std::stop_token& stop) const;
 
  private:
+  // Returns nothing if a stop was requested. Adds the pilot's samples to `samples`.
+  std::shared_ptr<const SamplePlan> plan_samples(const RenderOptions& planned,
+                                                 const std::stop_token& stop,
+                                                 uint64_t* samples) const;
+
   Rect crop_;
   std::unique_ptr<OpenScene> scene_;
   Camera camera_;

@@ -55,6 +55,7 @@ std::string study_key(const std::string& frame_key, const StudyOptions& options,
                {"threads", options.frame.threads},
                {"reference_sampler", plan.reference_sampler},
                {"reference_spp", options.reference_spp.value_or(0)}};
+  if (plan.by_time) json["separate_frames"] = "time-budget";
   if (!options.reference.empty()) {
     json["reference"] =
         hexadecimal(file_fingerprint(options.reference, LoadProgress({}, {}, limits)));

@@ -409,7 +409,9 @@ class Study {
     }
     ProgressiveFrame frame;
     for (const double budget : plan_.budgets) {
-      const RenderOptions options = frame_options(method, samples_for(method, budget), seed);
+      const RenderOptions options = method.deadlines
+                                        ? deadline_options(method, budget, seed)
+                                        : frame_options(method, samples_for(method, budget), seed);
       std::optional<StudyPicture> picture = renderer_.render(options, aovs_of(options), stop_);
       if (!picture) return std::nullopt;
       if (method.method.denoised) denoise_picture(renderer_.crop(), &*picture);
