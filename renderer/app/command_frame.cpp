@@ -24,6 +24,7 @@
 #include "renderer/output/checkpoint_head.h"
 #include "renderer/output/frame_memory.h"
 #include "renderer/output/light_layers.h"
+#include "renderer/output/plan_pilot.h"
 #include "renderer/output/refinement_output.h"
 #include "renderer/output/report_page.h"
 
@@ -411,8 +412,7 @@ int CommandFrame::write_plan(const RenderOptions& planned, const std::string& pa
     return kExitStopped;
   }
   const RenderPlan plan(planned);
-  const SamplePlan counts{plan_.crop, job_->planned_counts(plan.driver_settings.adaptive)};
-  if (counts.counts.empty()) throw RenderError("{}: the pilot has no estimates", path);
+  const SamplePlan counts = planned_samples(*job_, planned);
   LoadProgress progress({}, {}, run_.limits);
   const nlohmann::json& inputs = run_.scene.inputs(options_, progress);
   write_sample_plan(path, checkpoint_head(planned, plan, layers_, inputs), counts);

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "renderer/core/errors.h"
 #include "renderer/core/hash.h"
 #include "renderer/core/option_values.h"
 #include "renderer/engine/render_plan.h"
@@ -46,6 +47,15 @@ RenderOptions pilot_of(const RenderOptions& planned) {
   pilot.cryptomattes.clear();
   pilot.half.clear();
   return pilot;
+}
+
+SamplePlan planned_samples(const RenderJob& pilot, const RenderOptions& planned) {
+  RenderOptions limits = planned;
+  limits.plan.clear();  // with a plan, RenderPlan has no adaptive settings
+  const RenderPlan plan(limits);
+  SamplePlan samples{plan.crop, pilot.planned_counts(plan.driver_settings.adaptive)};
+  if (samples.counts.empty()) throw RenderError("the pilot has no error estimates");
+  return samples;
 }
 
 }  // namespace emberline

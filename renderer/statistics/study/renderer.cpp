@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "renderer/core/errors.h"
 #include "renderer/engine/film_memory.h"
 #include "renderer/engine/frame_scene.h"
 #include "renderer/engine/frame_stop.h"
@@ -216,13 +215,7 @@ std::shared_ptr<const SamplePlan> StudyRenderer::plan_samples(const RenderOption
   const RenderCounters counters = job->render(collector, stop).counters;
   if (counters.stopped) return nullptr;
   *samples += counters.samples;
-  RenderOptions limits = planned;
-  limits.plan.clear();
-  auto result = std::make_shared<SamplePlan>();
-  result->crop = crop_;
-  result->counts = job->planned_counts(RenderPlan(limits).driver_settings.adaptive);
-  if (result->counts.empty()) throw RenderError("the pilot has no estimates");
-  return result;
+  return std::make_shared<SamplePlan>(planned_samples(*job, planned));
 }
 
 ProgressiveFrame StudyRenderer::render_progressive(const RenderOptions& options,
