@@ -180,6 +180,48 @@ TEST_F(Study, BudgetsInSeconds) {
   }
 }
 
+TEST_F(Study, SeparateFramesEndWithTheirTime) {
+  const double budget = 0.5 * kSanitizerSlowdown;
+  Words words = study_words("s", {"--seconds", std::to_string(budget), "--seeds", "1", "--separate",
+                                  "--reference-spp", "64"});
+  const auto spp = std::ranges::find(words, "--spp");
+  words.erase(spp, spp + 2);
+  study(words);
+  const std::vector<Row> list = rows("s");
+  ASSERT_EQ(list.size(), 3u);
+  for (const Row& row : list) {
+    SCOPED_TRACE(row.at("method"));
+    EXPECT_EQ(row.at("status"), "done") << row.at("reason");
+    EXPECT_GT(std::stod(row.at("mean_samples")), 16);
+    // Only roughly, because other tests use the machine at the same time.
+    EXPECT_GT(std::stod(row.at("wall_s")), 0.5 * budget);
+    EXPECT_LT(std::stod(row.at("wall_s")), 4 * budget);
+  }
+}
+
+// A planned frame must be the one that the commands plan and render make.
+TEST_F(Study, PlansAsTheCommandDoes) {
+  study(study_words("s", {"--drivers", "adaptive", "--estimators", "nested/planned", "--spp", "64",
+                          "--seeds", "1", "--reference-spp", "64"}));
+  const std::vector<Row> list = rows("s");
+  ASSERT_EQ(list.size(), 1u);
+  EXPECT_EQ(list[0].at("planned"), "yes");
+  const Words frame = {scene(), "--size", "16x16", "--spp", "64", "--driver", "adaptive"};
+  const RunResult plan = run(Words{"plan"} + frame + Words{"-o", path("frame.plan")});
+  ASSERT_EQ(plan.exit_code, 0) << plan.describe();
+  render(frame + Words{"--plan", path("frame.plan"), "-o", path("frame.exr")});
+  const ExrPicture rendered = read_exr(path("frame.exr"));
+  const ExrPicture studied = read_exr(
+      path("s/" + std::string(read_json("s/study.json")["methods"][0]["pictures"]["exr"])));
+  for (const char* channel : {"R", "G", "B"}) {
+    EXPECT_EQ(rendered.channels.at(channel), studied.channels.at(channel)) << channel;
+  }
+  double samples = 0;
+  for (const float n : studied.channels.at("samples")) samples += n;
+  EXPECT_GE(std::stod(list[0].at("samples")), samples + 16 * 256) << "the pilot counts, too";
+  EXPECT_LE(std::stod(list[0].at("samples")), samples + 17 * 256);
+}
+
 TEST_F(Study, ListsFailedMethods) {
   const RunResult result =
       study(study_words("s", {"--drivers", "bucket,adaptive", "--samplers", "stratified"}));

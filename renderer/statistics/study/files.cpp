@@ -275,9 +275,8 @@ std::string denoised_table(const StudyResults& r) {
 
 std::string study_csv(const StudyResults& results) {
   std::string text =
-      "method,driver,estimator,allocation,unbiased,denoised,sampler,seed,status,reason,budget,"
-      "samples,"
-      "mean_samples";
+      "method,driver,estimator,allocation,unbiased,planned,denoised,sampler,seed,status,reason,"
+      "budget,samples,mean_samples";
   const auto out = std::back_inserter(text);
   for (const StudyMetricEntry& metric : study_metric_table()) {
     fmt::format_to(out, ",{}", metric.name);
@@ -286,10 +285,10 @@ std::string study_csv(const StudyResults& results) {
   for (const StudyRun& run : results.runs) {
     const StudyMethod& m = results.methods[run.method];
     const bool failed = run.status == StudyRunStatus::kFailed;
-    const std::string start =
-        fmt::format("{},{},{},{},{},{},{},{},{},{}", csv_text(m.name), m.driver, m.estimator,
-                    m.allocation, m.unbiased ? "yes" : "no", m.denoised ? "yes" : "no", m.sampler,
-                    run.seed, failed ? "failed" : "done", csv_text(run.reason));
+    const std::string start = fmt::format(
+        "{},{},{},{},{},{},{},{},{},{},{}", csv_text(m.name), m.driver, m.estimator, m.allocation,
+        m.unbiased ? "yes" : "no", m.planned ? "yes" : "no", m.denoised ? "yes" : "no", m.sampler,
+        run.seed, failed ? "failed" : "done", csv_text(run.reason));
     if (failed) text += start + std::string(study_metric_table().size() + 9, ',') + "\n";
     for (const StudyCheckpoint& c : run.checkpoints) {
       fmt::format_to(out, "{},{},{},{}", start, c.budget, c.samples, c.mean_samples);

@@ -88,6 +88,49 @@ TEST(StudyPlan, FramesThatCannotBeLookedAtOnTheirWayAreSeparate) {
   for (const PlannedMethod& m : plan_study(options).methods) EXPECT_TRUE(m.separate);
 }
 
+TEST(StudyPlan, PlannedFramesAreMethods) {
+  StudyOptions options;
+  options.drivers = "adaptive";
+  options.estimators =
+      "nested,nested/planned,nested/mse/planned,two-stream/unbiased,kajiya/planned";
+  const StudyPlan plan = plan_study(options);
+  std::set<std::string> ids;
+  for (const PlannedMethod& m : plan.methods) {
+    SCOPED_TRACE(m.method.name);
+    EXPECT_EQ(m.method.planned, m.method.name.ends_with("/planned"));
+    EXPECT_EQ(m.separate, m.method.planned) << "their buckets are finished one by one";
+    EXPECT_EQ(m.unsupported_reason.empty(), m.method.estimator != "kajiya");
+    ids.insert(m.id);
+  }
+  EXPECT_EQ(ids.size(), 5u);
+  EXPECT_FALSE(plan.methods[1].method.unbiased);
+  EXPECT_EQ(plan.methods[2].method.allocation, "mse");
+  options.estimators = "nested/unbiased/planned";
+  EXPECT_THROW(plan_study(options), UsageError);
+}
+
+// A separate frame with a budget in seconds plans its own samples, if its sampler can do so.
+TEST(StudyPlan, SeparateFramesKeepDeadlines) {
+  StudyOptions options;
+  options.drivers = "bucket,adaptive";
+  options.samplers = "sobol,blue_noise";
+  for (const bool separate : {false, true}) {
+    options.separate = separate;
+    options.seconds.reset();
+    for (const PlannedMethod& m : plan_study(options).methods) EXPECT_FALSE(m.deadlines);
+    options.seconds = "2,4";
+    for (const PlannedMethod& m : plan_study(options).methods) {
+      EXPECT_EQ(m.deadlines,
+                m.method.sampler == "sobol" && (separate || m.method.driver == "bucket"))
+          << m.method.name;
+      const RenderOptions frame = deadline_options(m, 4, 9);
+      EXPECT_EQ(frame.time_budget_s, 4);
+      EXPECT_EQ(frame.seed, 9u);
+      EXPECT_FALSE(frame.spp);
+    }
+  }
+}
+
 // Each method appears again with denoising.
 TEST(StudyPlan, DenoisedMethodsFollowTheRawOnes) {
   StudyOptions options;
