@@ -209,7 +209,7 @@ TEST_F(Study, PlansAsTheCommandDoes) {
   const Words frame = {scene(), "--size", "16x16", "--spp", "64", "--driver", "adaptive"};
   const RunResult plan = run(Words{"plan"} + frame + Words{"-o", path("frame.plan")});
   ASSERT_EQ(plan.exit_code, 0) << plan.describe();
-  render(frame + Words{"--plan", path("frame.plan"), "-o", path("frame.exr")});
+  render(Words{"render"} + frame + Words{"--plan", path("frame.plan"), "-o", path("frame.exr")});
   const ExrPicture rendered = read_exr(path("frame.exr"));
   const ExrPicture studied = read_exr(
       path("s/" + std::string(read_json("s/study.json")["methods"][0]["pictures"]["exr"])));
