@@ -11,6 +11,7 @@
 #include "renderer/core/hash.h"
 #include "renderer/core/parallel.h"
 #include "renderer/core/vector.h"
+#include "renderer/drivers/adaptive/frame_allocation.h"
 #include "renderer/drivers/adaptive/frame_error.h"
 #include "renderer/drivers/adaptive/missed_light.h"
 #include "renderer/drivers/adaptive/ordered_sum.h"
@@ -28,8 +29,6 @@ constexpr float kMaxGrowth = 4.0f, kMinTrusted = 4.0f;
 constexpr float kUniformFraction = 0.1f;
 // The smallest fraction of the budget that is worth a round.
 constexpr double kMinRoundFraction = 1.0 / 500;
-// Factor on the estimated number of samples that a pixel needs to reach the threshold.
-constexpr float kThresholdMargin = 1.05f;
 
 // A few samples without any noise prove little: a point that is lit by a caustic, or through a gap,
 // is black until a path finds the light. So noise-free pixels get more samples until all such
@@ -41,13 +40,6 @@ constexpr uint32_t kNoiselessGrowth = 64;
 // An error below this fraction of the threshold is rounding noise.
 constexpr float kNoiselessFraction = 1e-6f;
 
-// A planned count is at least 1 / kMinPlannedFraction of the mean count, since pixels that look
-// free of noise may have missed rare light. It is at most kMaxPlannedGrowth times the samples on
-// which the plan is based.
-constexpr uint32_t kMinPlannedFraction = 8;
-constexpr float kMaxPlannedGrowth = 16.0f;
-
-constexpr uint32_t kMinPilot = 8, kMaxPilot = 16;
 // Estimators that use halves first update at this many pilot samples, then at every doubling.
 constexpr uint32_t kFirstHalf = 8;
 
@@ -70,10 +62,6 @@ uint32_t pilot_samples(const AdaptiveSettings& s, const EstimatorEntry& entry) {
   return std::max(samples, 1u);
 }
 
-float sample_limit(const AdaptiveSettings& s) {
-  return s.max_samples > 0 ? float(s.max_samples) : float(kMaxSamples);
-}
-
 bool is_unfinished(const AdaptiveSettings& s, uint32_t current, float error) {
   const bool full = s.max_samples > 0 && current >= s.max_samples;
   const bool good = s.threshold > 0.0f && error <= s.threshold && current >= s.min_samples;
@@ -90,24 +78,12 @@ float samples_to_threshold(const AdaptiveSettings& s, float current, float error
   return std::min(maximum, std::max(current * ratio * ratio * kThresholdMargin, minimum));
 }
 
-// Increases rates at random by up to a sixteenth, so that pixels with equal rates, as in a black
-// frame, do not all double at once. Noise makes rates differ by more than this.
-float jitter_rate(float rate, uint32_t seed, size_t i) {
-  constexpr float kSpread = 1.0f / 16;
-  return rate * (1.0f + kSpread * to_unit_float(hash_combine(seed, uint32_t(i))));
-}
-
 uint32_t hash_of_round(uint32_t seed, int round) {
   return hash_combine(hash_combine(hash32(seed), 0x7a11u), uint32_t(round));
 }
 
 // Returns the next power of two above `current`, which must be below 2^24.
 float next_power_of_two(float current) { return float(std::bit_ceil(uint32_t(current) + 1)); }
-
-// Returns the least multiple of `step` that is at least `count`.
-float round_up(float count, uint32_t step) { return std::ceil(count / float(step)) * float(step); }
-
-constexpr double kUnlimited = 1e18;
 
 // Limits the number of rounds in a loaded state. A round spends a 500th of the budget or doubles
 // counts, so real frames have far fewer.
@@ -489,64 +465,18 @@ bool RoundPlanner::allocate_evenly() {
   return true;
 }
 
-// Distributes the whole budget of `limits` at once. No count is below `least_of(i)` or above
-// `max_growth` times the count on which the errors are based.
-template <typename LeastOf>
-std::vector<float> RoundPlanner::allocate_anew(const AdaptiveSettings& limits, float max_growth,
-                                               const LeastOf& least_of) const {
-  const size_t pixels = targets_.size();
-  const float limit = sample_limit(limits);
-  std::vector<float> rates(pixels), counts;
-  std::vector<SampleBounds> bounds(pixels);
-  parallel_ranges(pixels, kGrain, [&](size_t begin, size_t end) {
-    for (size_t i = begin; i < end; ++i) {
-      const float current = statistics_.count[i];
-      float most = max_growth * current;
-      if (limits.threshold > 0.0f) {
-        const float ratio = std::min(errors_.error[i] / limits.threshold, 1e6f);
-        const float wanted = std::min(most, current * ratio * ratio * kThresholdMargin);
-        most = round_up(wanted, count_multiple(wanted, false));
-      }
-      const float least = std::min(least_of(i), limit);
-      bounds[i] = {least, std::min(std::max(least, most), limit)};
-      rates[i] = jitter_rate(errors_.deviation[i] / std::sqrt(statistics_.cost[i]), seed_, i);
-    }
-  });
-  // If no pixel has shown noise, all get the same rate, because they may still be noisy.
-  if (std::ranges::none_of(rates, [](float rate) { return rate > 0.0f; })) {
-    for (size_t i = 0; i < pixels; ++i) rates[i] = jitter_rate(1.0f, seed_, i);
-  }
-  const double budget = limits.budget > 0 ? double(limits.budget) : kUnlimited;
-  allocate_steps(rates, bounds, budget * double(pixels), &counts);
-  return counts;
-}
+FrameEstimates RoundPlanner::frame_estimates() const { return {statistics_, errors_, seed_}; }
 
 std::vector<uint32_t> RoundPlanner::planned_counts(const AdaptiveSettings& limits) const {
   if (errors_.error.empty() || entry_.batch > 0) return {};
-  // With fewer than kMaxPilot samples, the film's second half would have no samples.
-  uint32_t least = std::max(limits.two_halves ? kMaxPilot : kMinPilot,
-                            std::bit_floor(limits.budget / kMinPlannedFraction));
-  if (limits.budget > 0) least = std::min(least, limits.budget);
-  least = std::max(least, limits.min_samples);
-  const std::vector<float> counts =
-      allocate_anew(limits, kMaxPlannedGrowth, [least](size_t) { return float(least); });
-  return {counts.begin(), counts.end()};  // all counts are whole numbers
+  return allocate_frame(frame_estimates(), limits);
 }
 
-// Returns the work of the frame with the present limits, according to the last update.
 std::optional<WorkForecast> RoundPlanner::predict() const {
   if (errors_.error.empty() || statistics_.size() != targets_.size() || entry_.batch > 0) {
     return std::nullopt;
   }
-  const std::vector<float> counts = allocate_anew(settings_, sample_limit(settings_),
-                                                  [&](size_t i) { return float(targets_[i]); });
-  double samples = 0, work = 0, done = 0;
-  for (size_t i = 0; i < counts.size(); ++i) {
-    samples += double(counts[i]);
-    work += double(counts[i]) * double(statistics_.cost[i]);
-    done += double(targets_[i]) * double(statistics_.cost[i]);
-  }
-  return WorkForecast{samples, work / done};
+  return predict_work(frame_estimates(), settings_, targets_);
 }
 
 // In the first round, there are no halves to compare yet.

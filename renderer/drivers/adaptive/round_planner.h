@@ -12,6 +12,7 @@
 #include "renderer/drivers/adaptive/adaptive_settings.h"
 #include "renderer/drivers/adaptive/allocation.h"
 #include "renderer/drivers/adaptive/error_estimator.h"
+#include "renderer/drivers/adaptive/frame_allocation.h"
 #include "renderer/drivers/adaptive/judged_channels.h"
 #include "renderer/drivers/adaptive/round_averages.h"
 #include "renderer/drivers/adaptive/sample_halves.h"
@@ -58,10 +59,8 @@ class RoundPlanner {
   // `targets` samples, according to the last update. The gains are 0 before the first update.
   void expected_gains(std::span<const uint32_t> current, std::span<const uint32_t> targets,
                       std::vector<float>* gains) const;
-  // Returns the sample counts for a new frame that has these limits, starts without samples and
-  // does not change the counts later. The counts follow from the error estimates of the last
-  // update, and do not exceed 16 times the present counts. The list is empty before the first
-  // update, and for estimators that do not estimate deviations.
+  // Returns the result of allocate_frame() for the error estimates of the last update. The list is
+  // empty before the first update, and for estimators that do not estimate deviations.
   std::vector<uint32_t> planned_counts(const AdaptiveSettings& limits) const;
   // Raises the budget so that the work of the whole frame is about `factor` times the work so far.
   // Call after plan() has returned false because the budget was spent.
@@ -114,15 +113,13 @@ class RoundPlanner {
   // Returns whether the rest of the budget is too small for a round.
   bool is_budget_spent() const;
   bool grow_pilot();
-  template <typename LeastOf>
-  std::vector<float> allocate_anew(const AdaptiveSettings& limits, float max_growth,
-                                   const LeastOf& least_of) const;
   bool allocate_by_deviation();
   void allocate_budget(double total);
   bool allocate_evenly();
   bool resample_noise_free_pixels();
   float scale_to_budget(float uniform_samples);
   bool unfinished(size_t i) const;
+  FrameEstimates frame_estimates() const;
   std::optional<WorkForecast> predict() const;
   // Pixels that may get more samples in the coming round.
   struct OpenPixels {
