@@ -409,13 +409,20 @@ int CommandFrame::exit_code() const {
 int CommandFrame::write_plan(const RenderOptions& planned, const std::string& path) {
   if (report_.counters.stopped) {
     log_warning(path + " was not written, because the command was stopped");
+    end_checkpoint();
     return kExitStopped;
   }
   const RenderPlan plan(planned);
   const SamplePlan counts = planned_samples(*job_, planned);
   LoadProgress progress({}, {}, run_.limits);
   const nlohmann::json& inputs = run_.scene.inputs(options_, progress);
-  write_sample_plan(path, checkpoint_head(planned, plan, layers_, inputs), counts);
+  try {
+    write_sample_plan(path, checkpoint_head(planned, plan, layers_, inputs), counts);
+  } catch (...) {
+    checkpoint_.save_if_unwritten(report_.counters.stopped, *job_);
+    throw;
+  }
+  end_checkpoint();
   const auto [least, most] = std::ranges::minmax(counts.counts);
   const auto total =
       double(std::accumulate(counts.counts.begin(), counts.counts.end(), uint64_t{0}));

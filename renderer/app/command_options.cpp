@@ -70,6 +70,12 @@ void add_display(CLI::App* app, RenderOptions& o) {
             .example = "--display tev://localhost"});
 }
 
+void add_progress_file(CLI::App* app, RenderOptions& o) {
+  add_text(app, "--progress-file", o.progress_file, "FILE",
+           {.section = H::kOutput,
+            .full = "Write the progress of the frame to this .json file every two seconds."});
+}
+
 void add_checkpoint(CLI::App* app, RenderOptions& o) {
   add_text(app, "--checkpoint", o.checkpoint, "FILE",
            {.section = H::kOutput,
@@ -91,9 +97,7 @@ void add_checkpoint(CLI::App* app, RenderOptions& o) {
                     "interruption. If there is no checkpoint, the frame starts over.",
             .example = "--resumable --resume"});
   add_checkpoint_interval(app, o);
-  add_text(app, "--progress-file", o.progress_file, "FILE",
-           {.section = H::kOutput,
-            .full = "Write the progress of the frame to this .json file every two seconds."});
+  add_progress_file(app, o);
 }
 
 void add_range_options(CLI::App* app, RenderOptions& o) {
@@ -298,6 +302,14 @@ void add_plan_options(CLI::App* app, PlanOptions& o) {
             .brief = "plan to write",
             .full = "Write the plan to this file. A file that is not a plan is never replaced.",
             .example = "-o frame.plan"});
+  add_flag(app, "--resume", frame.resume,
+           {.section = H::kOutput,
+            .brief = "continue an interrupted command",
+            .full = "Continue from the state that an interrupted command has left in "
+                    "FILE.checkpoint. The plan has the same bits as without the interruption.",
+            .example = "--resume -o frame.plan"});
+  add_checkpoint_interval(app, frame);
+  add_progress_file(app, frame);
   add_settings(
       app, frame,
       {kTurn, kEdits, kChannels, kCounts, kSample, kSeed, kSchedule, kView, kLight, kLoading},

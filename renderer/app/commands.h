@@ -175,8 +175,8 @@ struct PlanOptions {
 };
 
 // Renders a pilot, which is the frame with an eighth of its samples. Writes the sample counts that
-// follow from the pilot's noise. Returns the exit code; a stopped pilot writes nothing. Throws
-// EmberlineError.
+// follow from the pilot's noise. Returns the exit code. A stopped pilot writes no plan; with
+// `resume`, it saves a checkpoint beside the plan. Throws EmberlineError.
 int run_plan(const PlanOptions& options);
 
 // `emberline extend`: renders further samples of a finished frame, up to more samples per pixel or

@@ -24,11 +24,13 @@ int run_plan(const PlanOptions& options) {
   checked.outputs = {"frame.exr"};
   check_options(checked);
   check_plan_output(options.output);
-  const RenderOptions pilot = pilot_of(planned);
+  RenderOptions pilot = pilot_of(planned);
+  if (pilot.resume) pilot.checkpoint = options.output + ".checkpoint";
   RenderRun run(pilot);
   CommandFrame frame(run, pilot);
   frame.load();
   frame.build();
+  frame.resume();
   frame.render();
   const int exit_code = frame.write_plan(planned, options.output);
   run.end(exit_code);

@@ -72,8 +72,12 @@ void plan_adaptive(const FrameSettings& o, RenderPlan& plan) {
   a.unbiased = o.unbiased;
   a.judged = judged_channels_of(o);
   a.is_open = o.time_budget_s.has_value();
+  // An estimator that uses two streams ensures by itself that each half has samples.
+  a.two_halves = plan.streams == StreamCount::kTwo && estimator.streams == StreamCount::kOne;
+  const bool needs_halves = a.two_halves || plan.aovs.contains(Aov::kDenoising);
   if (a.is_open) {
-    a.budget = std::max(kMinStreamSamples, a.min_samples);
+    // Only the pilot; the rest of the time decides the budget.
+    a.budget = std::max(needs_halves ? kMinStreamSamples : RenderPlan::kStreamBlock, a.min_samples);
   } else if (o.spp) {
     a.budget = *o.spp;
   } else if (o.unbiased || (a.threshold <= 0.0f && a.max_samples == 0)) {
@@ -82,8 +86,6 @@ void plan_adaptive(const FrameSettings& o, RenderPlan& plan) {
     a.max_samples = std::max(kDefaultMaxSamples, a.min_samples);
   }
   plan.samples_per_pixel = a.budget;
-  // An estimator that uses two streams ensures by itself that each half has samples.
-  a.two_halves = plan.streams == StreamCount::kTwo && estimator.streams == StreamCount::kOne;
   const uint32_t sample_limit = a.max_samples > 0 ? a.max_samples : kMinStreamSamples;
   shorten_half_blocks(a.budget > 0 ? std::min(a.budget, sample_limit) : sample_limit, plan);
 }

@@ -111,8 +111,8 @@ void check_file_types(const FarmFolder& folder) {
                      : expected_type == fs::file_type::directory ? "not a folder"
                                                                  : "not a regular file");
   };
-  for (const char* name :
-       {"job.json", "settings.json", "plan.sh", "frame.plan", "part.sh", "merge.sh", "merge.json"})
+  for (const char* name : {"job.json", "settings.json", "plan.sh", "frame.plan",
+                           "frame.plan.checkpoint", "part.sh", "merge.sh", "merge.json"})
     check(folder.file(name), fs::file_type::regular);
   for (const char* name : {"logs", "progress"}) {
     check(folder.file(name), fs::file_type::directory);
@@ -218,6 +218,13 @@ void remove_progress(const FarmFolder& folder, const std::vector<uint32_t>& part
   std::error_code ignored;
   for (const uint32_t part : parts) fs::remove(folder.progress(part), ignored);
   fs::remove(folder.file("merge.json"), ignored);
+}
+
+// Call before the plan is made again.
+void remove_plan(const FarmFolder& folder) {
+  fs::remove(folder.plan());
+  std::error_code ignored;
+  fs::remove(folder.plan_progress(), ignored);
 }
 
 std::vector<uint32_t> all_parts(uint32_t count) {
@@ -330,13 +337,17 @@ int submit_frame(const FarmOptions& farm) {
                     {.option = "-o", .marker = "emberline-farm.json", .exclusive = true});
   check_file_types(folder);
   reject_running(folder);
-  const std::vector<std::string> names = {"settings.json", "plan.sh",  "frame.plan",
-                                          "part.sh",       "merge.sh", "job.json"};
+  const std::vector<std::string> names = {
+      "settings.json", "plan.sh",  "frame.plan", "frame.plan.checkpoint",
+      "part.sh",       "merge.sh", "job.json"};
   owned.claim(names);
   const bool has_plan = makes_plan && has_valid_plan(frame.options);
   const int resumable_parts =
       check_checkpoints(folder, frame.options, frame.parts, has_plan || !makes_plan);
-  if (makes_plan && !has_plan) fs::remove(folder.plan());
+  if (makes_plan && !has_plan) {
+    remove_plan(folder);
+    fs::remove(folder.plan() + ".checkpoint");  // it may belong to other settings
+  }
   write_folder(frame, farm.stage);
   FarmRecord record;
   record.scene = frame.options.scene;
@@ -410,7 +421,7 @@ int retry_frame(const FarmFolder& folder) {
   remove_progress(folder, missing_parts);
   const bool needs_plan =
       record.makes_plan && !has_plan && !is_plan_queued && !missing_parts.empty();
-  if (needs_plan) fs::remove(folder.plan());
+  if (needs_plan) remove_plan(folder);
   submit(folder, record, needs_plan, missing_parts, others);
   return kExitDone;
 }

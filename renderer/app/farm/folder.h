@@ -5,8 +5,8 @@
 //   part.sh         renders a part; merge.sh merges the parts
 //   plan.sh         for an adaptive frame: makes frame.plan, which the parts need
 //   job.json        the submitted jobs: FarmRecord
-//   progress/       part-K.json, as written by render --progress-file
-//   logs/           part-K.log, merge.log
+//   progress/       part-K.json and plan.json, as written by --progress-file
+//   logs/           part-K.log, plan.log, merge.log
 //   merge.json      the merge's report; exists once the merge is done
 #pragma once
 
@@ -31,6 +31,7 @@ struct FarmFolder {
 
   std::string file(const std::string& name) const { return path + "/" + name; }
   std::string progress(uint32_t part) const;
+  std::string plan_progress() const { return file("progress/plan.json"); }
   std::string plan() const { return file("frame.plan"); }
   std::string checkpoint(uint32_t part, uint32_t parts) const;
   // Whether Slurm opens the logs. It cannot if the folder's path contains %, \ or a control

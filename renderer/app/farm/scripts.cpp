@@ -168,10 +168,10 @@ std::string part_arguments(const FarmFrame& frame, const std::string& scene,
 }  // namespace
 
 std::string plan_command(const FarmFrame& frame) {
-  return fmt::format("{} plan {} --settings {} -o {} --verbose", shell_quoted(frame.program),
-                     shell_quoted(frame.options.scene),
+  return fmt::format("{} plan {} --settings {} -o {} --resume --progress-file {} --verbose",
+                     shell_quoted(frame.program), shell_quoted(frame.options.scene),
                      shell_quoted(frame.folder.file("settings.json")),
-                     shell_quoted(frame.options.plan));
+                     shell_quoted(frame.options.plan), shell_quoted(frame.folder.plan_progress()));
 }
 
 std::string part_command(const FarmFrame& frame, const std::string& part,

@@ -167,13 +167,17 @@ PartStatus part_status(const FarmFolder& folder, const FarmRecord& record, const
 
 PartStatus plan_status(const FarmFolder& folder, const FarmRecord& record, const Queue& queue) {
   PartStatus status;
+  const bool has_progress = read_progress(folder.plan_progress(), status);
   if (std::filesystem::exists(folder.plan())) {
     status.state = kDone;
     status.done = 1;
-  } else if (!queue.known && record.plan) {
+  } else if (has_progress && status.state == kDone) {
+    status = {};  // the file of an earlier plan
+  } else if (!has_progress && !queue.known && record.plan) {
     status.state = kUnknown;
   }
   if (record.plan) apply_queue_state(queue, std::to_string(*record.plan), status);
+  if (status.state == kRunning && !queue.known) mark_if_silent(folder.plan_progress(), status);
   set_message(folder.file("logs/plan.log"), status);
   return status;
 }

@@ -50,8 +50,6 @@ uint32_t pilot_samples(const AdaptiveSettings& s, const EstimatorEntry& entry) {
   uint32_t samples = entry.first_samples;
   if (s.min_samples > 0) {
     samples = s.min_samples;
-  } else if (s.is_open) {
-    samples = std::max(samples, kMaxPilot);
   } else if (entry.batch == 0 && s.threshold <= 0.0f) {
     samples = std::clamp(s.budget / 8 / 8 * 8, kMinPilot, kMaxPilot);
   }
@@ -493,8 +491,10 @@ void RoundPlanner::extend_work(double factor) {
   };
   set_mean(now * factor);
   const std::optional<WorkForecast> predicted = predict();
-  if (!predicted || predicted->work <= 1) return;
-  set_mean(now + (double(settings_.budget) - now) * (factor - 1) / (predicted->work - 1));
+  if (predicted && predicted->work > 1) {
+    set_mean(now + (double(settings_.budget) - now) * (factor - 1) / (predicted->work - 1));
+  }
+  if (round_ <= 1) pilot_ = pilot_samples(settings_, entry_);  // larger budgets have a larger pilot
 }
 
 void RoundPlanner::archive(Archive& archive) {
@@ -515,6 +515,10 @@ void RoundPlanner::archive(Archive& archive) {
   }
   archive.check(spent_ == double(total));
   archive.check(settings_.budget == 0 || total <= 2 * uint64_t(settings_.budget) * pixels);
+  if (settings_.is_open && archive.loading()) {
+    pilot_ = pilot_samples(settings_, entry_);
+    pilot_done_ |= std::ranges::min(targets_) < std::ranges::max(targets_);
+  }
   halves_.archive(archive, pixels);
   archive.array(errors_.error, pixels);
   archive.array(errors_.deviation, pixels);
