@@ -283,6 +283,15 @@ TEST_F(Farm, AnAdaptiveFrameIsPlannedFirst) {
   EXPECT_NE(words.find("--dependency=afterok:2\n"), std::string::npos) << words;
   write("bin/queue", "");
   EXPECT_EQ(status()["plan"]["done"], 0.0);
+  // A running plan reports its progress.
+  write("bin/queue", "1||RUNNING|n7|None\n");
+  write("out.exr.farm/progress/plan.json",
+        R"({"state": "running", "done": 0.25, "samples": 1000, "elapsed_s": 3, "left_s": 9,
+            "host": "n7"})");
+  EXPECT_EQ(status()["plan"]["done"], 0.25);
+  EXPECT_EQ(status()["plan"]["state"], "running");
+  fs::remove(path("out.exr.farm/progress/plan.json"));
+  write("bin/queue", "");
   // The plan failed: both are submitted again.
   write("bin/sbatch.words", "");
   render({"farm", "retry", path("out.exr")}, with_slurm_);

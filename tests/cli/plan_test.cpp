@@ -3,6 +3,7 @@
 #include <sys/stat.h>
 
 #include <algorithm>
+#include <csignal>
 #include <nlohmann/json.hpp>
 #include <numeric>
 
@@ -209,6 +210,33 @@ TEST_F(Plan, SmallBudgetsAndSettingsFiles) {
     EXPECT_LE(total, std::stod(spp) * double(samples.size()));
     EXPECT_GE(total, 0.9 * std::stod(spp) * double(samples.size()));
   }
+}
+
+// A farm's job may be preempted, so the pilot can continue.
+TEST_F(Plan, AStoppedPilotContinues) {
+  const Words words =
+      Words{"plan",  scene(),  "-o",    path("frame.plan"), "--driver", "adaptive", "--spp",
+            "16384", "--size", "64x64", "--verbose"};
+  const Words resuming =
+      words + Words{"--resume", "--progress-file", path("plan.json"), "--checkpoint-interval", "1"};
+  {
+    Process process(resuming, {.folder = folder_.path()});
+    ASSERT_TRUE(process.wait_until_busy()) << process.error_so_far();
+    process.send(SIGTERM);
+    const RunResult result = process.wait();
+    EXPECT_EQ(result.exit_code, 130) << result.describe();
+    EXPECT_NE(result.err.find("frame.plan was not written"), std::string::npos);
+  }
+  EXPECT_FALSE(exists("frame.plan"));
+  ASSERT_TRUE(exists("frame.plan.checkpoint"));
+  EXPECT_EQ(read_json("plan.json")["state"], "stopped");
+  expect_failure(resuming + Words{"--seed", "1"}, 3, {"frame.plan.checkpoint", "another frame"});
+  render(resuming);
+  EXPECT_FALSE(exists("frame.plan.checkpoint"));
+  EXPECT_EQ(read_json("plan.json")["state"], "done");
+  const std::vector<uint8_t> resumed = read_bytes(path("frame.plan"));
+  render(words);
+  EXPECT_EQ(read_bytes(path("frame.plan")), resumed);
 }
 
 TEST_F(Plan, ReplacesOnlyPlans) {

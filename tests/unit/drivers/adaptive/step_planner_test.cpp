@@ -7,6 +7,7 @@
 #include <cmath>
 #include <utility>
 
+#include "renderer/core/archive.h"
 #include "unit/planned_frames.h"
 
 namespace emberline {
@@ -39,6 +40,35 @@ TEST(RoundPlannerOfSteps, ThePilotComesInTwoHalves) {
   EXPECT_EQ(pilots(s), std::pair(8u, 16u));
   s.min_samples = 64;
   EXPECT_EQ(pilots(s), std::pair(8u, 16u));
+}
+
+// A frame with a time budget begins with 8 samples per pixel, because it may be short. If the time
+// allows many samples, all pixels get the larger pilot first.
+TEST(RoundPlannerOfSteps, AnOpenBudgetGrowsThePilot) {
+  for (const bool resumed : {false, true}) {
+    for (const auto& [factor, pilot] : {std::pair(1.5, 8u), std::pair(40.0, 16u)}) {
+      AdaptiveSettings s = nested_budget_settings(8);
+      s.is_open = true;
+      SyntheticFrame frame = even_noise(32, 32, 1);
+      RoundPlanner planner(s, 32, 32, 1);
+      frame.add_samples_until(planner.targets());
+      EXPECT_FALSE(planner.plan(frame.film())) << "the budget is only the pilot";
+      planner.extend_work(factor);
+      RoundPlanner other(s, 32, 32, 1);
+      if (resumed) {
+        std::vector<std::byte> state;
+        Archive saving(state);
+        planner.archive(saving);
+        Archive loading(std::span<const std::byte>{state});
+        other.archive(loading);
+      }
+      RoundPlanner& next = resumed ? other : planner;
+      ASSERT_TRUE(next.plan(frame.film()));
+      const auto [least, most] = std::ranges::minmax(next.targets());
+      EXPECT_EQ(least, pilot) << factor;
+      EXPECT_EQ(most, 16u) << factor;
+    }
+  }
 }
 
 // If all pixels are alike, a budget that is a power of two is allocated evenly, so that the frame
