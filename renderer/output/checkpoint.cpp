@@ -118,6 +118,7 @@ void check_checkpoint(const std::string& path, bool resume) {
 }
 
 bool is_default_checkpoint(const RenderOptions& options) {
+  if (options.outputs.empty()) return false;
   RenderOptions unnamed = options;
   unnamed.checkpoint.clear();
   unnamed.resumable = true;

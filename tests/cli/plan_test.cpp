@@ -227,12 +227,12 @@ TEST_F(Plan, AStoppedPilotContinues) {
     EXPECT_EQ(result.exit_code, 130) << result.describe();
     EXPECT_NE(result.err.find("frame.plan was not written"), std::string::npos);
   }
-  EXPECT_FALSE(exists("frame.plan"));
-  ASSERT_TRUE(exists("frame.plan.checkpoint"));
+  EXPECT_FALSE(std::filesystem::exists(path("frame.plan")));
+  ASSERT_TRUE(std::filesystem::exists(path("frame.plan.checkpoint")));
   EXPECT_EQ(read_json("plan.json")["state"], "stopped");
   expect_failure(resuming + Words{"--seed", "1"}, 3, {"frame.plan.checkpoint", "another frame"});
   render(resuming);
-  EXPECT_FALSE(exists("frame.plan.checkpoint"));
+  EXPECT_FALSE(std::filesystem::exists(path("frame.plan.checkpoint")));
   EXPECT_EQ(read_json("plan.json")["state"], "done");
   const std::vector<uint8_t> resumed = read_bytes(path("frame.plan"));
   render(words);
