@@ -220,7 +220,7 @@ TEST_F(Plan, AStoppedPilotContinues) {
   const Words resuming =
       words + Words{"--resume", "--progress-file", path("plan.json"), "--checkpoint-interval", "1"};
   {
-    Process process(resuming, {.folder = folder_.path()});
+    Process process(resuming + Words{"--verbose"}, {.folder = folder_.path()});
     ASSERT_TRUE(process.wait_until_busy()) << process.error_so_far();
     process.send(SIGTERM);
     const RunResult result = process.wait();
