@@ -214,9 +214,8 @@ TEST_F(Plan, SmallBudgetsAndSettingsFiles) {
 
 // A farm's job may be preempted, so the pilot can continue.
 TEST_F(Plan, AStoppedPilotContinues) {
-  const Words words =
-      Words{"plan",  scene(),  "-o",    path("frame.plan"), "--driver", "adaptive", "--spp",
-            "16384", "--size", "64x64", "--verbose"};
+  const Words words = Words{"plan",     scene(), "-o",   path("frame.plan"), "--driver",
+                            "adaptive", "--spp", "4096", "--size",           "64x64"};
   const Words resuming =
       words + Words{"--resume", "--progress-file", path("plan.json"), "--checkpoint-interval", "1"};
   {
