@@ -42,6 +42,8 @@ constexpr float kNoiselessFraction = 1e-6f;
 
 // Estimators that use halves first update at this many pilot samples, then at every doubling.
 constexpr uint32_t kFirstHalf = 8;
+// Frames with a time budget begin with this many samples, and then double them up to the pilot.
+constexpr uint32_t kFirstOpenRound = 2;
 
 // Without a threshold, the pilot is an eighth of the budget in whole blocks: 8 or 16 samples. A
 // larger pilot wastes samples on pixels that need none; a smaller one overlooks wires thinner than
@@ -83,6 +85,11 @@ uint32_t hash_of_round(uint32_t seed, int round) {
 // Returns the next power of two above `current`, which must be below 2^24.
 float next_power_of_two(float current) { return float(std::bit_ceil(uint32_t(current) + 1)); }
 
+// With unequal counts, the pilot is over, whatever its size.
+bool all_equal(std::span<const uint32_t> counts) {
+  return counts.empty() || std::ranges::min(counts) == std::ranges::max(counts);
+}
+
 // Limits the number of rounds in a loaded state. A round spends a 500th of the budget or doubles
 // counts, so real frames have far fewer.
 constexpr int kMaxRounds = 1 << 20;
@@ -103,7 +110,10 @@ RoundPlanner::RoundPlanner(const AdaptiveSettings& settings, int width, int heig
       recorded_(std::numeric_limits<size_t>::max()) {
   const size_t pixels = size_t(width) * size_t(height);
   pilot_ = pilot_samples(settings, entry_);
-  const uint32_t first = entry_.halves ? std::min(pilot_, kFirstHalf) : pilot_;
+  // If the time may end before the pilot does, its samples come in several rounds, so that all
+  // pixels have about as many.
+  const uint32_t first_round = settings.is_open ? kFirstOpenRound : kFirstHalf;
+  const uint32_t first = entry_.halves ? std::min(pilot_, first_round) : pilot_;
   targets_.assign(pixels, first);
   spent_ = double(first) * double(pixels);
   round_weight_ = planned_mean_ = first;
@@ -494,7 +504,7 @@ void RoundPlanner::extend_work(double factor) {
   if (predicted && predicted->work > 1) {
     set_mean(now + (double(settings_.budget) - now) * (factor - 1) / (predicted->work - 1));
   }
-  if (round_ <= 1) pilot_ = pilot_samples(settings_, entry_);  // larger budgets have a larger pilot
+  if (all_equal(targets_)) pilot_ = pilot_samples(settings_, entry_);
 }
 
 void RoundPlanner::archive(Archive& archive) {
@@ -517,7 +527,7 @@ void RoundPlanner::archive(Archive& archive) {
   archive.check(settings_.budget == 0 || total <= 2 * uint64_t(settings_.budget) * pixels);
   if (settings_.is_open && archive.loading()) {
     pilot_ = pilot_samples(settings_, entry_);
-    pilot_done_ |= std::ranges::min(targets_) < std::ranges::max(targets_);
+    pilot_done_ |= !all_equal(targets_);
   }
   halves_.archive(archive, pixels);
   archive.array(errors_.error, pixels);

@@ -42,8 +42,8 @@ TEST(RoundPlannerOfSteps, ThePilotComesInTwoHalves) {
   EXPECT_EQ(pilots(s), std::pair(8u, 16u));
 }
 
-// A frame with a time budget begins with 8 samples per pixel, because it may be short. If the time
-// allows many samples, all pixels get the larger pilot first.
+// A frame with a time budget begins with few samples per pixel, because it may be short. If the
+// time allows many samples, all pixels get the larger pilot first.
 TEST(RoundPlannerOfSteps, AnOpenBudgetGrowsThePilot) {
   for (const bool resumed : {false, true}) {
     for (const auto& [factor, expected] : {std::pair(1.5, 12u), std::pair(40.0, 16u)}) {
@@ -51,8 +51,11 @@ TEST(RoundPlannerOfSteps, AnOpenBudgetGrowsThePilot) {
       s.is_open = true;
       SyntheticFrame frame = even_noise(32, 32, 1);
       RoundPlanner planner(s, 32, 32, 1);
-      frame.add_samples_until(planner.targets());
-      EXPECT_FALSE(planner.plan(frame.film())) << "the budget is only the pilot";
+      for (const uint32_t count : {2u, 4u, 8u}) {
+        EXPECT_EQ(std::ranges::minmax(planner.targets()).max, count);
+        frame.add_samples_until(planner.targets());
+        EXPECT_EQ(planner.plan(frame.film()), count < 8) << "the budget is only the pilot";
+      }
       planner.extend_work(factor);
       RoundPlanner other(s, 32, 32, 1);
       if (resumed) {
