@@ -183,7 +183,7 @@ TEST_F(Study, BudgetsInSeconds) {
 TEST_F(Study, SeparateFramesEndWithTheirTime) {
   const double budget = 0.5 * kSanitizerSlowdown;
   Words words = study_words("s", {"--seconds", std::to_string(budget), "--seeds", "1", "--separate",
-                                  "--reference-spp", "64"});
+                                  "--bucket-size", "4", "--reference-spp", "64"});
   const auto spp = std::ranges::find(words, "--spp");
   words.erase(spp, spp + 2);
   study(words);
