@@ -226,7 +226,8 @@ int run_farm(const FarmOptions& options);
 
 // `emberline study`: measures speed against error for several ways to render one frame. Writes
 // study.csv, study.json, study.html and pictures into a folder. If the study is stopped, running
-// the same command again resumes it.
+// the same command again resumes it. With several frames, each is studied in a subfolder, and
+// range.csv, range.json and range.html are about all of them (renderer/statistics/study/range.h).
 //
 // Returns kExitDone even if some runs failed (the results show which), kExitRenderFailed if all
 // runs failed, and kExitStopped after a signal. If the options are wrong, throws UsageError,

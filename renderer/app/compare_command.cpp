@@ -6,7 +6,6 @@
 #include <cmath>
 #include <iterator>
 #include <nlohmann/json.hpp>
-#include <numeric>
 #include <optional>
 #include <span>
 #include <utility>
@@ -30,6 +29,7 @@
 #include "renderer/statistics/flicker.h"
 #include "renderer/statistics/flip.h"
 #include "renderer/statistics/svg_chart.h"
+#include "renderer/statistics/value_list.h"
 
 namespace emberline {
 namespace {
@@ -265,16 +265,10 @@ std::vector<SequenceRow> compare_frames(const CompareOptions& options,
 // no frame has it.
 Json summary_of(const std::vector<SequenceRow>& rows, const char* metric) {
   std::vector<double> values;
-  for (const SequenceRow& row : rows) {
-    const double value = value_of(row, metric);
-    if (std::isfinite(value)) values.push_back(value);
-  }
-  if (values.empty()) return nullptr;
-  std::ranges::sort(values);
-  const size_t n = values.size();
-  return {{"median", (values[(n - 1) / 2] + values[n / 2]) / 2},
-          {"mean", std::accumulate(values.begin(), values.end(), 0.0) / double(n)},
-          {"largest", values.back()}};
+  for (const SequenceRow& row : rows) values.push_back(value_of(row, metric));
+  const std::optional<ValueSummary> summary = summary_of_finite(std::move(values));
+  if (!summary) return nullptr;
+  return {{"median", summary->median}, {"mean", summary->mean}, {"largest", summary->largest}};
 }
 
 void print_sequence(const CompareOptions& options, const std::vector<SequenceRow>& rows) {

@@ -173,6 +173,15 @@ void add_study_choices(CLI::App* app, StudyOptions& o) {
             .full = "Write the results to this folder. It is created if it does not exist.",
             .example = "-o study"});
   add_study_methods(app, o);
+  CLI::Option* frames = app->add_option_function<std::string>(
+      "--frames", [&o](const std::string& text) { o.frame.frames = parse_frames(text); });
+  describe(frames->type_name("LIST"),
+           {.section = H::kStudy,
+            .brief = "frames to study, such as 1-24",
+            .full = "Study these frames, each in a folder of its own, and also write their errors "
+                    "and flicker together (range.html, range.csv, range.json). A `turntable` of N "
+                    "frames does the same. #### in --reference becomes the frame's number.",
+            .example = "--frames 1-24"});
   add_flag(app, "--denoise", o.denoise,
            {.section = H::kStudy,
             .brief = "also measure each method with its frames denoised",

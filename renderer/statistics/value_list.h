@@ -1,10 +1,12 @@
-// Statistics of lists of values: quantiles, and the slope of a line through points.
+// Statistics of lists of values: quantiles, summaries, and the slope of a line through points.
 #pragma once
 
 #include <algorithm>
 #include <cassert>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -20,6 +22,21 @@ double nearest_rank_quantile(std::vector<T> values, double fraction) {
       std::max<ptrdiff_t>(0, ptrdiff_t(std::ceil(fraction * double(values.size()))) - 1);
   std::ranges::nth_element(values, values.begin() + rank);
   return double(values[size_t(rank)]);
+}
+
+struct ValueSummary {
+  double median, mean, least, largest;
+};
+
+// Ignores NaN and infinities. Returns nothing if no value is left.
+inline std::optional<ValueSummary> summary_of_finite(std::vector<double> values) {
+  std::erase_if(values, [](double value) { return !std::isfinite(value); });
+  if (values.empty()) return std::nullopt;
+  std::ranges::sort(values);
+  const size_t n = values.size();
+  return ValueSummary{(values[(n - 1) / 2] + values[n / 2]) / 2,
+                      std::accumulate(values.begin(), values.end(), 0.0) / double(n),
+                      values.front(), values.back()};
 }
 
 // Returns the slope of the least-squares line through the points (x, y). There must be at least two

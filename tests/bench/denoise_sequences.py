@@ -2,11 +2,12 @@
 """Prints what `emberline denoise --across` gains over the same frames denoised alone, as a Markdown table.
 
     PYTHONPATH=build/release/python tests/bench/denoise_sequences.py build/release/bin --assets DIR
-        [NAME...] [--counts 16,64] [--reference 256] [--size 320x180] [--across 2] [--work DIR]
+        [NAME...] [--frames 8] [--counts 16,64] [--reference 256] [--size 320x180] [--across 2] [--work DIR]
 
-Renders eight frames of each sequence and measures the middle four. The reference has two halves of independent
-samples. A squared error is the mean product of the errors against either half, so the reference's own noise adds
-nothing to it. The worst 0.1 % of the pixels are left out. Frames that exist in WORK are not rendered again.
+Renders the first frames of each sequence and measures all but the first two and the last two. The reference has two
+halves of independent samples. A squared error is the mean product of the errors against either half, so the reference's
+own noise adds nothing to it. The worst 0.1 % of the pixels are left out. Frames that exist in WORK are not rendered
+again.
 """
 import argparse
 import os
@@ -17,7 +18,6 @@ import subprocess
 import emberline
 import numpy
 
-FRAMES, MEASURED = range(1, 9), range(3, 7)
 SCENES = pathlib.Path(__file__).resolve().parents[2] / "scenes"
 # The arguments of `emberline render` for frame N, and whether the sequence served to choose the constants of
 # renderer/reconstruction/accumulate.cpp.
@@ -70,12 +70,12 @@ def displayed(linear):
 
 
 class Measured:
-    """The errors of the denoised frames of one sequence."""
+    """The errors of the denoised frames of one sequence, given by the paths of the pictures."""
 
     def __init__(self, frames, references, motion):
         self.errors, self.estimates, self.flicker = [], [], []
         before = None
-        for frame, reference, moving in zip(frames, references, motion):
+        for frame, reference, moving in (map(Frame, paths) for paths in zip(frames, references, motion)):
             picture, halves = frame.colour("denoised."), [reference.colour("half1."), reference.colour("half2.")]
             mean = (halves[0] + halves[1]) / 2
             scale = numpy.sqrt(mean**2 + 0.01 * mean.mean() ** 2)
@@ -105,12 +105,14 @@ def main():
     parser.add_argument("bin", type=pathlib.Path)
     parser.add_argument("names", nargs="*")
     parser.add_argument("--assets", type=pathlib.Path, required=True)
+    parser.add_argument("--frames", type=int, default=8)
     parser.add_argument("--counts", default="16,64")
     parser.add_argument("--reference", type=int, default=256)
     parser.add_argument("--size", default="320x180")
     parser.add_argument("--across", type=int, default=2)
     parser.add_argument("--work", type=pathlib.Path, default=pathlib.Path("denoise_sequences"))
     args = parser.parse_args()
+    measured = range(3, args.frames - 1)
     emberline_command = args.bin / "emberline"
 
     def render(name, command, samples, seed, frames):
@@ -120,7 +122,7 @@ def main():
             if not paths[-1].exists():
                 run([emberline_command, "render", *command(n), "--size", args.size, "--spp", samples, "--seed", seed,
                      "--aov", "denoising,velocity", "-o", paths[-1], "--quiet"])
-        return [Frame(path) for path in paths]
+        return paths
 
     def denoise(name, samples, across):
         stem = name.replace(" ", "_")
@@ -129,7 +131,7 @@ def main():
              "-o", args.work / f"{stem}.{samples}.across{across}.####.exr"])
         end = os.times()
         seconds = end.children_user + end.children_system - start.children_user - start.children_system
-        return [Frame(args.work / f"{stem}.{samples}.across{across}.{n:04}.exr") for n in MEASURED], seconds
+        return [args.work / f"{stem}.{samples}.across{across}.{n:04}.exr" for n in measured], seconds
 
     args.work.mkdir(exist_ok=True)
     gains = {}
@@ -139,9 +141,9 @@ def main():
     for name, (tuned, command) in sequences(args.assets).items():
         if args.names and name not in args.names:
             continue
-        references = render(name, command, args.reference, 77, MEASURED)
+        references = render(name, command, args.reference, 77, measured)
         for samples in map(int, args.counts.split(",")):
-            motion = render(name, command, samples, 0, FRAMES)[MEASURED[0] - 1:]
+            motion = render(name, command, samples, 0, range(1, args.frames + 1))[measured[0] - 1:]
             results, seconds = zip(*(denoise(name, samples, across) for across in (0, args.across)))
             alone, across = (Measured(frames, references, motion) for frames in results)
             gain = alone.error / across.error, alone.flicker / across.flicker

@@ -230,22 +230,6 @@ std::string text_of(const std::optional<Estimate>& e) {
 
 using Rows = std::vector<std::vector<std::string>>;
 
-// Pads each column to the width of its widest cell.
-std::string aligned(const Rows& rows) {
-  std::vector<size_t> widths(rows.front().size(), 0);
-  for (const auto& row : rows) {
-    for (size_t c = 0; c < row.size(); ++c) widths[c] = std::max(widths[c], row[c].size());
-  }
-  std::string text;
-  for (const auto& row : rows) {
-    for (size_t c = 0; c < row.size(); ++c) {
-      const bool last = c + 1 == row.size();
-      text += last ? row[c] + "\n" : fmt::format("{:<{}}", row[c], widths[c] + 2);
-    }
-  }
-  return text;
-}
-
 // Returns a table with a row for each denoised method and budget; "" if no method is denoised.
 std::string denoised_table(const StudyResults& r) {
   Rows rows = {{"method", "budget", "relmse", "trimmed", "display_mse", "flip", "speedup by relmse",
@@ -268,13 +252,15 @@ std::string denoised_table(const StudyResults& r) {
                              fmt::format("{:.0f} %", 100 * filter->unchanged_fraction)});
     }
   }
-  return rows.size() == 1 ? "" : "\ndenoised, including the filter's time\n\n" + aligned(rows);
+  return rows.size() == 1 ? ""
+                          : "\ndenoised, including the filter's time\n\n" + aligned_table(rows);
 }
 
 }  // namespace
 
-std::string study_csv(const StudyResults& results) {
-  std::string text =
+std::string study_csv(const StudyResults& results, std::optional<int> frame) {
+  std::string text = frame ? "frame," : "";
+  text +=
       "method,driver,estimator,allocation,unbiased,planned,denoised,sampler,seed,status,reason,"
       "budget,samples,mean_samples";
   const auto out = std::back_inserter(text);
@@ -285,10 +271,11 @@ std::string study_csv(const StudyResults& results) {
   for (const StudyRun& run : results.runs) {
     const StudyMethod& m = results.methods[run.method];
     const bool failed = run.status == StudyRunStatus::kFailed;
-    const std::string start = fmt::format(
-        "{},{},{},{},{},{},{},{},{},{},{}", csv_text(m.name), m.driver, m.estimator, m.allocation,
-        m.unbiased ? "yes" : "no", m.planned ? "yes" : "no", m.denoised ? "yes" : "no", m.sampler,
-        run.seed, failed ? "failed" : "done", csv_text(run.reason));
+    const std::string start =
+        fmt::format("{}{},{},{},{},{},{},{},{},{},{},{}", frame ? fmt::format("{},", *frame) : "",
+                    csv_text(m.name), m.driver, m.estimator, m.allocation,
+                    m.unbiased ? "yes" : "no", m.planned ? "yes" : "no", m.denoised ? "yes" : "no",
+                    m.sampler, run.seed, failed ? "failed" : "done", csv_text(run.reason));
     if (failed) text += start + std::string(study_metric_table().size() + 9, ',') + "\n";
     for (const StudyCheckpoint& c : run.checkpoints) {
       fmt::format_to(out, "{},{},{},{}", start, c.budget, c.samples, c.mean_samples);
@@ -363,7 +350,23 @@ std::string study_table(const StudyResults& r) {
                     text_of(error(StudyMetric::kRelMse)), speedup(StudyMetric::kMse),
                     speedup(StudyMetric::kRelMse), text_of(bias)});
   }
-  return text + aligned(rows) + denoised_table(r) + (failed_runs.empty() ? "" : "\n" + failed_runs);
+  return text + aligned_table(rows) + denoised_table(r) +
+         (failed_runs.empty() ? "" : "\n" + failed_runs);
+}
+
+std::string aligned_table(const Rows& rows) {
+  std::vector<size_t> widths(rows.front().size(), 0);
+  for (const auto& row : rows) {
+    for (size_t c = 0; c < row.size(); ++c) widths[c] = std::max(widths[c], row[c].size());
+  }
+  std::string text;
+  for (const auto& row : rows) {
+    for (size_t c = 0; c < row.size(); ++c) {
+      const bool last = c + 1 == row.size();
+      text += last ? row[c] + "\n" : fmt::format("{:<{}}", row[c], widths[c] + 2);
+    }
+  }
+  return text;
 }
 
 std::string run_json(const StudyRun& run, std::string_view key) {

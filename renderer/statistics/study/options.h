@@ -31,6 +31,7 @@ struct StudyOptions {
   std::string baseline;                     // name of a method; empty: the first method
   bool denoise = false;                     // also run each method with denoised pictures
   bool separate = false;                    // render a separate frame for every budget
+  bool motion = false;                      // save the motion to the next frame, for flicker
   std::string reference;                    // a picture; empty: render one
   std::optional<uint32_t> reference_spp;
   std::string cache;   // for rendered references; empty: the study's folder

@@ -56,15 +56,22 @@ void StudyPictures::write(const std::string& id, const StudyPicture& picture,
                      non_finite_pixels(rgb, reference.mean()));
 }
 
-void StudyPictures::write_reference(const ReferencePicture& reference, StudyReference* out) const {
+void StudyPictures::write_reference(const ReferencePicture& reference,
+                                    const std::optional<std::vector<float>>& motion,
+                                    StudyReference* out) const {
   out->exr = kReferenceExr;
   out->png = kReferencePng;
-  write_exr_file(folder_.path(out->exr), header({{"R"}, {"G"}, {"B"}}), reference.mean().rgb);
-  std::vector<float> rgba;
-  for (size_t i = 0; i < reference.mean().rgb.size(); i += 3) {
-    rgba.insert(rgba.end(), &reference.mean().rgb[i], &reference.mean().rgb[i] + 3);
+  std::vector<PictureChannel> channels = {{"R"}, {"G"}, {"B"}};
+  if (motion) channels.insert(channels.end(), {{"velocity.X"}, {"velocity.Y"}});
+  std::vector<float> values, rgba;
+  for (size_t i = 0; i < reference.mean().rgb.size() / 3; ++i) {
+    const float* rgb = &reference.mean().rgb[3 * i];
+    values.insert(values.end(), rgb, rgb + 3);
+    if (motion) values.insert(values.end(), {(*motion)[2 * i], (*motion)[2 * i + 1]});
+    rgba.insert(rgba.end(), rgb, rgb + 3);
     rgba.push_back(1);
   }
+  write_exr_file(folder_.path(out->exr), header(std::move(channels)), values);
   write_png(out->png, std::move(rgba));
 }
 

@@ -2,7 +2,9 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "io/display/display.h"
 #include "io/exr/writer.h"
@@ -27,8 +29,10 @@ class StudyPictures {
   // RenderError.
   void write(const std::string& id, const StudyPicture& picture,
              const ReferencePicture& reference) const;
-  // Writes the mean of the halves, and sets the file names in `out`.
-  void write_reference(const ReferencePicture& reference, StudyReference* out) const;
+  // Writes the mean of the halves and sets the file names in `out`. The EXR has a layer `velocity`
+  // if `motion` is given (StudyRenderer::render_motion()).
+  void write_reference(const ReferencePicture& reference,
+                       const std::optional<std::vector<float>>& motion, StudyReference* out) const;
 
  private:
   void write_png(const std::string& name, std::vector<float> rgba) const;

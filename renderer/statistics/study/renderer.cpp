@@ -19,6 +19,8 @@
 namespace emberline {
 namespace {
 
+constexpr const char* kMotionLayer = "velocity";
+
 void warn_of_counters(const RenderOptions& o, const RenderCounters& counters) {
   const std::string estimator = o.estimator.empty() ? "" : " `estimator` " + o.estimator;
   warn_about_non_finite(counters, o,
@@ -157,10 +159,12 @@ class ProgressiveCollector final : public TileCollector {
 
 }  // namespace
 
-StudyRenderer::StudyRenderer(const RenderOptions& frame, const LoadLimits& limits,
-                             FileRegister& files)
-    : crop_(crop_of(frame)) {
+StudyRenderer::StudyRenderer(const RenderOptions& options, bool has_motion,
+                             const LoadLimits& limits, FileRegister& files)
+    : crop_(crop_of(options)) {
   LoadProgress progress({}, {}, limits);
+  RenderOptions frame = options;
+  if (has_motion) frame.aovs = kMotionLayer;
   ReadScene read(frame, {}, {.build = RenderPlan(frame).build}, progress);
   files.read(read.description().files, "the scene reads");
   const CameraDescription camera = choose_camera(frame, read.description());
@@ -204,6 +208,23 @@ std::optional<StudyPicture> StudyRenderer::render(const RenderOptions& options, 
   return StudyPicture{
       checkpoint(crop_, 0, pilot_samples + counters.samples, wall, cpu, job->error_estimate()),
       collector.take_values(), counters.non_finite_samples};
+}
+
+std::optional<std::vector<float>> StudyRenderer::render_motion(const RenderOptions& frame,
+                                                               const std::stop_token& stop) const {
+  RenderOptions options = frame;
+  options.driver = "bucket";
+  options.spp = kMotionSamples;
+  options.aovs = kMotionLayer;
+  const std::optional<StudyPicture> picture = render(options, aovs_of(options), stop);
+  if (!picture) return std::nullopt;
+  const size_t stride = kStudyPictureChannels + 2;
+  std::vector<float> motion;
+  motion.reserve(2 * size_t(pixels()));
+  for (size_t i = kStudyPictureChannels; i < picture->values.size(); i += stride) {
+    motion.insert(motion.end(), {picture->values[i], picture->values[i + 1]});
+  }
+  return motion;
 }
 
 std::shared_ptr<const SamplePlan> StudyRenderer::plan_samples(const RenderOptions& planned,

@@ -25,6 +25,9 @@ struct SamplePlan;
 // have more channels after these five.
 inline constexpr size_t kStudyPictureChannels = 5;
 
+// Samples per pixel of the motion that is saved with the reference.
+inline constexpr uint32_t kMotionSamples = 16;
+
 // Side of the tiles in which a frame is denoised.
 inline constexpr int kStudyTile = 64;
 
@@ -51,9 +54,10 @@ struct ProgressiveFrame {
 
 class StudyRenderer {
  public:
-  // Loads and builds the scene. Registers the files that the scene reads. Throws what the render
-  // command throws.
-  StudyRenderer(const RenderOptions& frame, const LoadLimits& limits, FileRegister& files);
+  // Loads and builds the scene, with its motion if render_motion() will be called. Registers the
+  // files that the scene reads. Throws what the render command throws.
+  StudyRenderer(const RenderOptions& frame, bool has_motion, const LoadLimits& limits,
+                FileRegister& files);
 
   const Rect& crop() const { return crop_; }
   uint64_t pixels() const { return uint64_t(crop_.area()); }
@@ -71,6 +75,11 @@ class StudyRenderer {
   // the first one. Uses the calling thread's TBB arena, as does render_progressive().
   std::optional<StudyPicture> render(const RenderOptions& options, const AovSet& aovs,
                                      const std::stop_token& stop) const;
+
+  // Returns the motion of each pixel to the next frame, in pixels to the right and up, interleaved.
+  // Returns nothing if a stop was requested.
+  std::optional<std::vector<float>> render_motion(const RenderOptions& frame,
+                                                  const std::stop_token& stop) const;
 
   // Renders one frame of a progressive driver. For each budget, in samples per pixel or in seconds,
   // takes a picture at the driver's first pause after the budget is spent. The last picture is the

@@ -80,7 +80,7 @@ class Study {
         limits_(limits_of(options.frame.limits, options.frame.scene)),
         given_reference_(read_reference(options, limits_)),
         folder_(options.folder),
-        renderer_(options.frame, limits_, files),
+        renderer_(options.frame, options.motion, limits_, files),
         pictures_(folder_, options.frame, renderer_.crop()),
         frame_key_(frame_key(options.frame, limits_)),
         memory_(limits_.memory, MemoryPart::kFilm) {
@@ -112,7 +112,7 @@ class Study {
   // Returns the number of samples that render() will take. For runs that end by time, this is an
   // estimate.
   uint64_t remaining_samples() const {
-    double samples = 0;
+    double samples = options_.motion ? kMotionSamples : 0;
     for (const auto& half : reference_.halves) {
       if (!half && !reference_.picture) samples += reference_.half_samples;
     }
@@ -141,7 +141,7 @@ class Study {
 
   // Returns false if the study was stopped before the reference was complete. In this case there
   // are no results.
-  bool has_reference() const { return reference_.picture.has_value(); }
+  bool has_reference() const { return !results_.reference.exr.empty(); }
   // Writes study.csv, study.json and study.html.
   void write_results(WriteAttempts& attempts) {
     std::ranges::sort(results_.runs, {},
@@ -321,7 +321,12 @@ class Study {
       results_.limits = reference_limits(halves, reference_.half_samples, *reference_.picture);
     }
     reference_.picture->set_noise(&results_.reference);
-    pictures_.write_reference(*reference_.picture, &results_.reference);
+    std::optional<std::vector<float>> motion;
+    if (options_.motion) {
+      motion = renderer_.render_motion(options_.frame, stop_);
+      if (!motion) return false;
+    }
+    pictures_.write_reference(*reference_.picture, motion, &results_.reference);
     return true;
   }
 
