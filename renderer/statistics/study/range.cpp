@@ -122,7 +122,9 @@ Json summary_json(const std::optional<ValueSummary>& summary) {
 void measure_flicker(FrameStudy& frame, const FrameStudy& next, const LoadLimits& limits) {
   const auto read = [&](const FrameStudy& study, const std::string& name) {
     const std::string path = (std::filesystem::path(study.folder) / name).string();
-    return read_rgb(path, LoadProgress({}, {}, limits), {.reads_motion = true});
+    LayerChoice choice;
+    choice.reads_motion = true;
+    return read_rgb(path, LoadProgress({}, {}, limits), choice);
   };
   const RgbFile reference = read(frame, frame.results.reference.exr);
   const RgbFile next_reference = read(next, next.results.reference.exr);

@@ -159,7 +159,7 @@ class Study {
       const std::string path = folder_.path(name);
       attempts.attempt(path, [&] { write_file_atomically(path, text(results_)); });
     };
-    write("study.csv", study_csv);
+    write("study.csv", [](const StudyResults& r) { return study_csv(r); });
     write("study.json", study_json);
     write("study.html", [&](const StudyResults& r) { return study_page(r, options_.folder); });
   }
