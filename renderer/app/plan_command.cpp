@@ -2,6 +2,7 @@
 #include "renderer/app/commands.h"
 #include "renderer/core/errors.h"
 #include "renderer/output/option_rules.h"
+#include "renderer/output/outputs.h"
 #include "renderer/output/plan_pilot.h"
 #include "renderer/output/sample_plan_file.h"
 
@@ -27,6 +28,11 @@ int run_plan(const PlanOptions& options) {
   RenderOptions pilot = pilot_of(planned);
   if (pilot.resume) pilot.checkpoint = options.output + ".checkpoint";
   RenderRun run(pilot);
+  FileRegister& files = run.names.emplace();
+  register_inputs(pilot, files);
+  files.write("-o", options.output);
+  register_frame_outputs(pilot, files);
+  register_run_outputs(pilot, files);
   CommandFrame frame(run, pilot);
   frame.load();
   frame.build();

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "io/files/atomic_file.h"
+#include "io/files/input_file.h"
 #include "io/files/owned_folder.h"
 #include "renderer/app/frame_range.h"
 #include "renderer/app/progress.h"
@@ -79,8 +80,15 @@ int write_range(const OwnedFolder& folder, const std::vector<FrameStudy>& studie
   return attempts.failed().empty() ? kExitDone : kExitRenderFailed;
 }
 
+// Throws InputError if a frame has no reference, before anything slow.
+void check_references(const StudyOptions& options, const std::vector<int>& frames) {
+  if (options.reference.empty()) return;
+  for (const int number : frames) InputFile{expand_frame_number(options.reference, number)};
+}
+
 // Studies the frames one after another, each in a folder of its own.
 int study_frames(const StudyOptions& options, const std::vector<int>& frames) {
+  check_references(options, frames);
   OwnedFolder folder(options.folder, {"-o", "emberline-study-range.json", {}, true});
   folder.claim(std::vector<std::string>{"range.csv", "range.json", "range.html"});
   std::vector<FrameStudy> studies;

@@ -72,12 +72,12 @@ void plan_adaptive(const FrameSettings& o, RenderPlan& plan) {
   a.unbiased = o.unbiased;
   a.judged = judged_channels_of(o);
   a.is_open = o.time_budget_s.has_value();
+  const bool has_streams = plan.streams == StreamCount::kTwo;
   // An estimator that uses two streams ensures by itself that each half has samples.
-  a.two_halves = plan.streams == StreamCount::kTwo && estimator.streams == StreamCount::kOne;
-  const bool needs_halves = a.two_halves || plan.aovs.contains(Aov::kDenoising);
+  a.two_halves = has_streams && estimator.streams == StreamCount::kOne;
   if (a.is_open) {
     // Only the pilot; the rest of the time decides the budget.
-    a.budget = std::max(needs_halves ? kMinStreamSamples : RenderPlan::kStreamBlock, a.min_samples);
+    a.budget = std::max(has_streams ? kMinStreamSamples : RenderPlan::kStreamBlock, a.min_samples);
   } else if (o.spp) {
     a.budget = *o.spp;
   } else if (o.unbiased || (a.threshold <= 0.0f && a.max_samples == 0)) {

@@ -246,6 +246,9 @@ TEST_F(Plan, ReplacesOnlyPlans) {
   const std::vector<uint8_t> first = read_bytes(path("frame.plan"));
   render(plan_words({"--threads", "1"}));
   EXPECT_EQ(read_bytes(path("frame.plan")), first);
+  expect_failure(plan_words({"--progress-file", path("frame.plan")}), 2,
+                 {"--progress-file", "frame.plan"});
+  EXPECT_EQ(read_bytes(path("frame.plan")), first);
   // No frame may resume from a plan.
   expect_failure(Words{"render", scene(), "-o", path("out.exr"), "--resume", "--checkpoint",
                        path("frame.plan")} +

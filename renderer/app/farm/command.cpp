@@ -27,6 +27,7 @@
 #include "renderer/output/checkpoint_head.h"
 #include "renderer/output/frame_merge.h"
 #include "renderer/output/outputs.h"
+#include "renderer/output/plan_pilot.h"
 #include "renderer/output/sample_plan_file.h"
 #include "renderer/scene/embree_isa.h"
 
@@ -220,11 +221,30 @@ void remove_progress(const FarmFolder& folder, const std::vector<uint32_t>& part
   fs::remove(folder.file("merge.json"), ignored);
 }
 
+// Whether the pilot of this frame can continue from the checkpoint of an earlier plan job.
+bool continues_pilot(const std::string& checkpoint, const FrameSettings& settings) {
+  RenderOptions planned;
+  static_cast<FrameSettings&>(planned) = settings;
+  planned.plan.clear();
+  const RenderOptions pilot = pilot_of(planned);
+  LoadProgress progress({}, {}, limits_of(pilot.limits, pilot.scene));
+  try {
+    const RecordFile file(checkpoint);
+    const nlohmann::json head =
+        checkpoint_head(pilot, RenderPlan(pilot), {}, input_fingerprints(pilot, progress));
+    return differences(head, parse_json(file.head(), checkpoint), {}).empty();
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
 // Call before the plan is made again.
-void remove_plan(const FarmFolder& folder) {
+void remove_plan(const FarmFolder& folder, const FrameSettings& settings) {
   fs::remove(folder.plan());
   std::error_code ignored;
   fs::remove(folder.plan_progress(), ignored);
+  const std::string checkpoint = folder.plan() + ".checkpoint";
+  if (!continues_pilot(checkpoint, settings)) fs::remove(checkpoint, ignored);
 }
 
 std::vector<uint32_t> all_parts(uint32_t count) {
@@ -279,16 +299,17 @@ void submit(const FarmFolder& folder, FarmRecord& record, bool plan,
   std::vector<uint64_t> submitted;
   write_record(folder, record);  // fails before any job is submitted
   try {
+    // A minute before the time limit, the script's process gets a signal and saves its work.
+    const std::string signal = "--signal=B:TERM@60";
     if (plan) {
-      submitted.push_back(
-          submit_job(record.request, folder.path, "plan.sh", {log_argument(folder, "plan.log")}));
+      submitted.push_back(submit_job(record.request, folder.path, "plan.sh",
+                                     {log_argument(folder, "plan.log"), signal}));
       record.plan = submitted.back();
       write_record(folder, record);
     }
     if (!parts.empty()) {
-      // A minute before the time limit, the script's process gets a signal and saves the part.
       std::vector<std::string> words = {"--array=" + format_ranges(parts),
-                                        log_argument(folder, "part-%a.log"), "--signal=B:TERM@60"};
+                                        log_argument(folder, "part-%a.log"), signal};
       if (const auto job = record.plan; job && !fs::exists(folder.plan())) {
         words.push_back(fmt::format("--dependency=afterok:{}", *job));
         words.push_back("--kill-on-invalid-dep=yes");
@@ -344,10 +365,7 @@ int submit_frame(const FarmOptions& farm) {
   const bool has_plan = makes_plan && has_valid_plan(frame.options);
   const int resumable_parts =
       check_checkpoints(folder, frame.options, frame.parts, has_plan || !makes_plan);
-  if (makes_plan && !has_plan) {
-    remove_plan(folder);
-    fs::remove(folder.plan() + ".checkpoint");  // it may belong to other settings
-  }
+  if (makes_plan && !has_plan) remove_plan(folder, frame.options);
   write_folder(frame, farm.stage);
   FarmRecord record;
   record.scene = frame.options.scene;
@@ -421,7 +439,7 @@ int retry_frame(const FarmFolder& folder) {
   remove_progress(folder, missing_parts);
   const bool needs_plan =
       record.makes_plan && !has_plan && !is_plan_queued && !missing_parts.empty();
-  if (needs_plan) remove_plan(folder);
+  if (needs_plan) remove_plan(folder, settings);
   submit(folder, record, needs_plan, missing_parts, others);
   return kExitDone;
 }

@@ -124,7 +124,7 @@ void set_message(const std::string& log, PartStatus& status) {
   if (status.state == kRunning) return;
   status.left_s.reset();
   if (status.state == kStopped)
-    status.message = "the part is saved; emberline farm retry continues it";
+    status.message = "the work is saved; emberline farm retry continues it";
   if (status.state != kFailed) return;
   const std::string line = last_line(log);
   if (line.empty()) return;
@@ -167,12 +167,15 @@ PartStatus part_status(const FarmFolder& folder, const FarmRecord& record, const
 
 PartStatus plan_status(const FarmFolder& folder, const FarmRecord& record, const Queue& queue) {
   PartStatus status;
-  const bool has_progress = read_progress(folder.plan_progress(), status);
-  if (std::filesystem::exists(folder.plan())) {
+  bool has_progress = read_progress(folder.plan_progress(), status);
+  const bool has_plan = std::filesystem::exists(folder.plan());
+  if (has_progress && status.state == kDone && !has_plan) {  // the file of an earlier plan
+    status = {};
+    has_progress = false;
+  }
+  if (has_plan) {
     status.state = kDone;
     status.done = 1;
-  } else if (has_progress && status.state == kDone) {
-    status = {};  // the file of an earlier plan
   } else if (!has_progress && !queue.known && record.plan) {
     status.state = kUnknown;
   }

@@ -16,8 +16,8 @@ inline constexpr uint32_t kMaxStudySeeds = 10000;
 // The groups of settings that are the same for all frames of a study. The lists in StudyOptions
 // choose the methods that are compared.
 inline constexpr std::initializer_list<SettingGroup> kStudySettings = {
-    SettingGroup::kSample, SettingGroup::kSeed,  SettingGroup::kSchedule,
-    SettingGroup::kView,   SettingGroup::kLight, SettingGroup::kLoading};
+    SettingGroup::kSample, SettingGroup::kSeed,  SettingGroup::kSchedule, SettingGroup::kView,
+    SettingGroup::kTurn,   SettingGroup::kLight, SettingGroup::kLoading};
 
 struct StudyOptions {
   RenderOptions frame;  // settings in kStudySettings, the scene and the limits of the run

@@ -105,7 +105,7 @@ bool is_fixed_count(const std::string& sampler) {
 std::string find_unsupported_reason(const PlannedMethod& method, const StudyPlan& plan) {
   try {
     for (const double budget : plan.budgets) {
-      if (method.deadlines) {
+      if (method.has_time_budget) {
         RenderPlan{deadline_options(method, budget, 0)};
         continue;
       }
@@ -151,7 +151,8 @@ PlannedMethod plan_method(const StudyOptions& options, const std::string& driver
   }
   planned.id += "-" + sampler;
   planned.separate = options.separate || options.denoise || is_fixed_count(sampler) || is_tiled(o);
-  planned.deadlines = planned.separate && options.seconds && !is_fixed_count(sampler);
+  planned.has_time_budget =
+      planned.separate && options.seconds && !m.planned && !is_fixed_count(sampler);
   return planned;
 }
 

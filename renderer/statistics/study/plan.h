@@ -20,8 +20,8 @@ struct PlannedMethod {
   // samples in advance.
   bool separate = false;
   // Whether a budget in seconds is the `time-budget` of the frame. True for separate frames, unless
-  // the sampler must know the number of samples in advance.
-  bool deadlines = false;
+  // a plan or the sampler needs the number of samples in advance.
+  bool has_time_budget = false;
   std::string unsupported_reason;  // why the method cannot be rendered; empty if it can
 };
 

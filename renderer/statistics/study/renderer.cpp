@@ -189,10 +189,10 @@ uint64_t StudyRenderer::frame_bytes(const RenderOptions& options, size_t budgets
 std::optional<StudyPicture> StudyRenderer::render(const RenderOptions& options, const AovSet& aovs,
                                                   const std::stop_token& stop) const {
   const RenderClock clock;
-  uint64_t pilot_samples = 0;
+  RenderCounters pilot;
   std::shared_ptr<const SamplePlan> sample_plan;
   if (!options.plan.empty()) {
-    sample_plan = plan_samples(options, stop, &pilot_samples);
+    sample_plan = plan_samples(options, stop, &pilot);
     if (!sample_plan) return std::nullopt;
   }
   const RenderPlan plan(options, {.aovs = aovs, .sample_plan = sample_plan});
@@ -206,8 +206,8 @@ std::optional<StudyPicture> StudyRenderer::render(const RenderOptions& options, 
   warn_of_counters(options, counters);
   job->deliver(collector);
   return StudyPicture{
-      checkpoint(crop_, 0, pilot_samples + counters.samples, wall, cpu, job->error_estimate()),
-      collector.take_values(), counters.non_finite_samples};
+      checkpoint(crop_, 0, pilot.samples + counters.samples, wall, cpu, job->error_estimate()),
+      collector.take_values(), pilot.non_finite_samples + counters.non_finite_samples};
 }
 
 std::optional<std::vector<float>> StudyRenderer::render_motion(const RenderOptions& frame,
@@ -229,13 +229,14 @@ std::optional<std::vector<float>> StudyRenderer::render_motion(const RenderOptio
 
 std::shared_ptr<const SamplePlan> StudyRenderer::plan_samples(const RenderOptions& planned,
                                                               const std::stop_token& stop,
-                                                              uint64_t* samples) const {
-  const RenderPlan plan(study_pilot(planned), {.aovs = AovSet()});
+                                                              RenderCounters* counters) const {
+  const RenderOptions options = study_pilot(planned);
+  const RenderPlan plan(options, {.aovs = AovSet()});
   TileCollector collector(crop_, {}, on_samples_);
   const std::unique_ptr<RenderJob> job = plan.prepare(*scene_, camera_, stop);
-  const RenderCounters counters = job->render(collector, stop).counters;
-  if (counters.stopped) return nullptr;
-  *samples += counters.samples;
+  *counters = job->render(collector, stop).counters;
+  if (counters->stopped) return nullptr;
+  warn_of_counters(options, *counters);
   return std::make_shared<SamplePlan>(planned_samples(*job, planned));
 }
 

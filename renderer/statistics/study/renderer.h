@@ -19,6 +19,7 @@
 namespace emberline {
 
 class AovSet;
+struct RenderCounters;
 struct SamplePlan;
 
 // The number of channels of an intermediate picture: R, G, B, A and samples. A finished frame may
@@ -90,10 +91,10 @@ class StudyRenderer {
                                       bool by_time, const std::stop_token& stop) const;
 
  private:
-  // Returns nothing if a stop was requested. Adds the pilot's samples to `samples`.
+  // Returns nothing if a stop was requested. Sets the pilot's counters.
   std::shared_ptr<const SamplePlan> plan_samples(const RenderOptions& planned,
                                                  const std::stop_token& stop,
-                                                 uint64_t* samples) const;
+                                                 RenderCounters* counters) const;
 
   Rect crop_;
   std::unique_ptr<OpenScene> scene_;

@@ -22,13 +22,13 @@ std::string line(const Json& json) {
 
 SettingTexts frame_settings(const RenderOptions& options) {
   using enum SettingGroup;
-  return setting_texts(options, {kSample, kView, kLight, kLoading, kSchedule});
+  return setting_texts(options, {kSample, kView, kTurn, kLight, kLoading, kSchedule});
 }
 
 std::string frame_key(const RenderOptions& options, const LoadLimits& limits) {
   using enum SettingGroup;
   LoadProgress progress({}, {}, limits);
-  Json json = as_json(setting_texts(options, {kSample, kView, kLight, kLoading}, false));
+  Json json = as_json(setting_texts(options, {kSample, kView, kTurn, kLight, kLoading}, false));
   json["version"] = kEmberlineVersion;
   json["scene"] = hexadecimal(scene_fingerprint(options.scene, options.resource_root, progress));
   if (!options.environment.empty()) {

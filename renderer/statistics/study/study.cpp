@@ -16,6 +16,7 @@
 #include "renderer/engine/render_plan.h"
 #include "renderer/output/frame_memory.h"
 #include "renderer/output/outputs.h"
+#include "renderer/output/plan_pilot.h"
 #include "renderer/output/report.h"
 #include "renderer/output/rgb_file.h"
 #include "renderer/statistics/study/files.h"
@@ -123,7 +124,7 @@ class Study {
           continue;
         for (const double budget : plan_.budgets) {
           if (method.separate || budget == plan_.budgets.back()) {
-            samples += samples_for(method, budget);
+            samples += samples_for(method, budget) + pilot_samples(method, budget);
           }
         }
       }
@@ -343,6 +344,13 @@ class Study {
         std::floor(samples_in_largest_budget(method) * budget / plan_.budgets.back()));
   }
 
+  // Returns how many samples per pixel the pilot of a planned frame takes; 0 for other methods.
+  uint32_t pilot_samples(const PlannedMethod& method, double budget) const {
+    if (!method.method.planned) return 0;
+    const uint32_t samples = samples_for(method, budget);
+    return pilot_of(frame_options(method, samples, options_.frame.seed)).spp.value_or(0);
+  }
+
   // Loads the runs that were finished before this study was resumed. For the methods that cannot be
   // rendered, adds failed runs.
   void find_finished_runs() {
@@ -414,7 +422,7 @@ class Study {
     }
     ProgressiveFrame frame;
     for (const double budget : plan_.budgets) {
-      const RenderOptions options = method.deadlines
+      const RenderOptions options = method.has_time_budget
                                         ? deadline_options(method, budget, seed)
                                         : frame_options(method, samples_for(method, budget), seed);
       std::optional<StudyPicture> picture = renderer_.render(options, aovs_of(options), stop_);

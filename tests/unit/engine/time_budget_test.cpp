@@ -6,6 +6,9 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
+
+#include "renderer/engine/render_plan.h"
 
 namespace emberline {
 namespace {
@@ -216,6 +219,20 @@ TEST(TileBudget, ResumedTilesLeaveTheTimeToTheOthers) {
       10, [&] { return now; }, std::vector<double>(10, 1.0), 0.1, 1);
   for (size_t tile = 0; tile < 5; ++tile) budget.skip(tile);
   EXPECT_EQ(budget.begin(5), 20u);
+}
+
+// Both streams of an estimator need samples from the start.
+TEST(TimeBudget, AdaptiveFramesBeginWithAPilot) {
+  for (const auto& [estimator, pilot] :
+       {std::pair{"nested", 8u}, std::pair{"two-stream", 16u}, std::pair{"kajiya", 16u}}) {
+    FrameSettings settings;
+    settings.driver = "adaptive";
+    settings.time_budget_s = 1;
+    settings.estimator = estimator;
+    EXPECT_EQ(RenderPlan(settings).samples_per_pixel, pilot) << estimator;
+    settings.denoise = true;
+    EXPECT_EQ(RenderPlan(settings).samples_per_pixel, 16u) << estimator;
+  }
 }
 
 }  // namespace

@@ -117,10 +117,10 @@ TEST(StudyPlan, SeparateFramesKeepDeadlines) {
   for (const bool separate : {false, true}) {
     options.separate = separate;
     options.seconds.reset();
-    for (const PlannedMethod& m : plan_study(options).methods) EXPECT_FALSE(m.deadlines);
+    for (const PlannedMethod& m : plan_study(options).methods) EXPECT_FALSE(m.has_time_budget);
     options.seconds = "2,4";
     for (const PlannedMethod& m : plan_study(options).methods) {
-      EXPECT_EQ(m.deadlines,
+      EXPECT_EQ(m.has_time_budget,
                 m.method.sampler == "sobol" && (separate || m.method.driver == "bucket"))
           << m.method.name;
       const RenderOptions frame = deadline_options(m, 4, 9);
@@ -129,6 +129,17 @@ TEST(StudyPlan, SeparateFramesKeepDeadlines) {
       EXPECT_FALSE(frame.spp);
     }
   }
+}
+
+// A plan needs the number of samples in advance.
+TEST(StudyPlan, PlannedFramesHaveNoTimeBudget) {
+  StudyOptions options;
+  options.drivers = "adaptive";
+  options.estimators = "nested/planned";
+  options.seconds = "2,4";
+  const PlannedMethod method = plan_study(options).methods.at(0);
+  EXPECT_FALSE(method.has_time_budget);
+  EXPECT_EQ(method.unsupported_reason, "");
 }
 
 // Each method appears again with denoising.
