@@ -113,8 +113,8 @@ void add_range_options(CLI::App* app, RenderOptions& o) {
   add_number(app, "--across", o.across, 0, kMaxAcross,
              {.section = H::kOutput,
               .full = std::string(kAcrossText) +
-                      " Requires --denoise, several frames and an .exr output. The frames are "
-                      "denoised after all of them are rendered, as `emberline denoise` does. "
+                      " Requires --denoise, several frames and an .exr output. A frame is "
+                      "denoised once its neighbours are rendered, as `emberline denoise` does. "
                       "`noise-threshold` is then the noise of the combined frames, unless `judge` "
                       "is given.",
               .example = "--frames 1-24 --denoise --across 2 -o shot.####.exr"});

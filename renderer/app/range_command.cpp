@@ -7,6 +7,8 @@
 #include <filesystem>
 #include <optional>
 #include <string>
+#include <unordered_set>
+#include <utility>
 #include <vector>
 
 #include "io/files/atomic_file.h"
@@ -39,7 +41,8 @@ float single_frame_threshold(float threshold, int across) {
   return std::min(threshold * std::sqrt(1.0f + 2.0f * kNeighbourShare * float(across)), 1.0f);
 }
 
-// With `across`, a frame is rendered with what denoising reads, and is denoised later.
+// With `across`, a frame is rendered with what denoising reads, and is denoised once its neighbours
+// are rendered.
 RenderOptions undenoised(RenderOptions options) {
   options.denoise = false;
   options.aovs += std::string(options.aovs.empty() ? "" : ",") + "denoising,velocity";
@@ -50,12 +53,82 @@ RenderOptions undenoised(RenderOptions options) {
   return options;
 }
 
+// Denoises the frames of a range, each as soon as its neighbours in the range have been rendered.
+class RangeDenoiser {
+ public:
+  // `options` names no frames yet.
+  RangeDenoiser(DenoiseOptions options, const std::vector<int>& frames)
+      : options_(std::move(options)), unrendered_(frames.begin(), frames.end()) {}
+
+  // Call after each frame.
+  void add(const FrameOutcome& outcome) {
+    unrendered_.erase(outcome.frame);
+    if (outcome.status == FrameStatus::kDone) rendered_.insert(outcome.frame);
+    if (outcome.status == FrameStatus::kDone || outcome.status == FrameStatus::kSkipped) {
+      waiting_.push_back(outcome.frame);
+    }
+    denoise_ready();
+  }
+
+  // Denoises the frames that still wait for a neighbour. Returns the exit code of all calls.
+  int finish() {
+    unrendered_.clear();
+    denoise_ready();
+    return exit_code_;
+  }
+
+  bool is_waiting() const { return !waiting_.empty(); }
+
+ private:
+  void denoise_ready() {
+    std::erase_if(waiting_, [this](int frame) {
+      if (has_near(unrendered_, frame)) return false;
+      denoise(frame);
+      return true;
+    });
+  }
+
+  bool has_near(const std::unordered_set<int>& numbers, int frame) const {
+    for (int64_t near = frame - options_.across; near <= frame + options_.across; ++near) {
+      if (numbers.contains(int(near))) return true;
+    }
+    return false;
+  }
+
+  // Replaces the frame's pictures, unless nothing has changed since they were denoised. Logs an
+  // error, so that the other frames are still rendered.
+  void denoise(int frame) {
+    options_.frames = {frame};
+    try {
+      const std::string image = expand_frame_number(options_.image, frame);
+      if (!has_near(rendered_, frame) && is_denoised(image)) return;
+      exit_code_ = std::max(exit_code_, run_denoise(options_));
+    } catch (const std::exception& error) {
+      const Failure failure = failure_of(error);
+      log_error(failure.message);
+      exit_code_ = std::max(exit_code_, failure.exit_code);
+    }
+  }
+
+  static bool is_denoised(const std::string& image) {
+    return FloatImageRows(image).image().find_channel("denoised.R") >= 0;
+  }
+
+  DenoiseOptions options_;
+  std::unordered_set<int> unrendered_, rendered_;
+  std::vector<int> waiting_;
+  int exit_code_ = kExitDone;
+};
+
 // Renders the frames of a range, one after another.
 class RangeRun {
  public:
-  RangeRun(const RenderOptions& options, const std::vector<int>& frames)
+  // `denoising` is set if the frames are denoised across frames.
+  RangeRun(const RenderOptions& options, const std::vector<int>& frames,
+           std::optional<DenoiseOptions> denoising)
       : options_(options), frames_(frames), run_(options_) {
     options_.frames.clear();  // otherwise the list would be copied for every frame
+    if (denoising) denoiser_.emplace(*std::move(denoising), frames);
   }
 
   // Checks all frames before anything is written, because a frame could overwrite a file that
@@ -82,25 +155,16 @@ class RangeRun {
       std::optional<FrameOutcome> outcome = render(frame_options(frames_[next]));
       if (!outcome) break;
       outcome->frame = frames_[next++];
+      if (denoiser_ && !stopped_) denoiser_->add(*outcome);
       report_.frames.push_back(*std::move(outcome));
       run_.next_frame();
     }
     report_.remaining.assign(frames_.begin() + std::ptrdiff_t(next), frames_.end());
-  }
-
-  // Denoises the rendered frames and those near them, and replaces their pictures. `options` names
-  // no frames yet. An error is logged, so that the range is still reported.
-  void denoise(const DenoiseOptions& options) {
-    if (stopped_) {
-      log_info("the frames are not denoised; repeat the command with --skip-existing");
-      return;
-    }
-    try {
-      denoising_ = denoise_changed(options);
-    } catch (const std::exception& error) {
-      const Failure failure = failure_of(error);
-      log_error(failure.message);
-      denoising_ = failure.exit_code;
+    if (!denoiser_) return;
+    if (!stopped_) {
+      denoising_ = denoiser_->finish();
+    } else if (denoiser_->is_waiting()) {
+      log_info("the last frames are not denoised; repeat the command with --skip-existing");
     }
   }
 
@@ -130,25 +194,6 @@ class RangeRun {
   RenderOptions frame_options(int number) const {
     RenderOptions frame = options_of_frame(options_, number);
     return options_.across > 0 ? undenoised(std::move(frame)) : frame;
-  }
-
-  int denoise_changed(DenoiseOptions options) const {
-    const std::vector<int> rendered = report_.frames_with_status(FrameStatus::kDone);
-    for (const FrameOutcome& outcome : report_.frames) {
-      const bool is_changed = std::ranges::any_of(rendered, [&](int frame) {
-        return std::abs(int64_t(frame) - outcome.frame) <= options.across;
-      });
-      const bool is_skipped = outcome.status == FrameStatus::kSkipped;
-      if (outcome.status != FrameStatus::kDone && !is_skipped) continue;
-      if (is_changed || !is_denoised(expand_frame_number(options.image, outcome.frame))) {
-        options.frames.push_back(outcome.frame);
-      }
-    }
-    return options.frames.empty() ? int(kExitDone) : run_denoise(options);
-  }
-
-  static bool is_denoised(const std::string& image) {
-    return FloatImageRows(image).image().find_channel("denoised.R") >= 0;
   }
 
   bool should_stop() const {
@@ -208,6 +253,7 @@ class RangeRun {
   const Stopwatch wall_;
   bool rendered_ = false;  // whether at least one frame has been rendered
   bool stopped_ = false;   // by the user or the end of the job
+  std::optional<RangeDenoiser> denoiser_;
   int denoising_ = kExitDone;
   RangeReport report_;
 };
@@ -236,7 +282,7 @@ DenoiseOptions denoising_of(const RenderOptions& options) {
 int run_range(const RenderOptions& options, const std::vector<int>& frames) {
   std::optional<DenoiseOptions> denoising;
   if (options.across > 0) denoising = denoising_of(options);
-  RangeRun range(options, frames);
+  RangeRun range(options, frames, denoising);
   range.check_names();
   if (denoising && options.noise_threshold && options.judge.empty()) {
     log_info(
@@ -247,7 +293,6 @@ int run_range(const RenderOptions& options, const std::vector<int>& frames) {
   if (!options.range_report.empty()) check_writable(options.range_report);
   check_output_folders(options, frames.front());
   range.render();
-  if (denoising) range.denoise(*denoising);
   return range.report();
 }
 

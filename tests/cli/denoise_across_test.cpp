@@ -191,6 +191,19 @@ TEST_F(DenoiseAcross, RenderedAndDenoisedByOneCommand) {
   EXPECT_GT(fs::last_write_time(path("now.0002.exr")), neighbour);
 }
 
+// A long range shows its first denoised frames early, and an interrupted one has some.
+TEST_F(DenoiseAcross, ARangeIsDenoisedWhileItIsRendered) {
+  const RunResult result =
+      run({"render", scene(), "--turntable", "90", "--size", "48x40", "--spp", "4", "--frames",
+           "1-5", "--denoise", "--across", "1", "-o", path("a.####.exr")});
+  ASSERT_EQ(result.exit_code, 0) << result.describe();
+  std::string order;  // which frame each line is about
+  for (size_t at = 0; (at = result.err.find("wrote ", at)) != std::string::npos; ++at) {
+    order += result.err[result.err.find(".exr", at) - 1];
+  }
+  EXPECT_EQ(order, "1213243545") << result.err;
+}
+
 // The threshold is that of the combined frames, so single frames may be noisier.
 TEST_F(DenoiseAcross, ARangeKeepsTheThresholdAfterCombining) {
   const Words range = {"--frames",          "1-3",  "--driver",  "adaptive",
