@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "renderer/core/parallel.h"
 #include "renderer/core/readable.h"
-#include "renderer/statistics/row_sums.h"
 
 namespace emberline {
 namespace {
