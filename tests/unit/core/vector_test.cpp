@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <limits>
-#include <vector>
 
 #include "renderer/core/frame.h"
 #include "renderer/core/hash.h"
