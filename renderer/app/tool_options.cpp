@@ -153,8 +153,8 @@ void add_study_methods(CLI::App* app, StudyOptions& o) {
           "rendering times to measure at, not sample counts",
           "Measure after these rendering times, in seconds, instead of at sample counts. LIST is a "
           "comma-separated list in ascending order. If a method renders a separate frame for "
-          "each time, `time-budget` keeps the time. Planned frames, and samplers that must know the "
-          "number of samples in advance, get the samples that a measurement of the speed suggests.",
+          "each time, `time-budget` keeps the time. Planned frames, and samplers that must know "
+          "the number of samples in advance, get as many as a measurement of the speed suggests.",
           "", "--seconds 1,2,4,8"));
   add_number(app, "--seeds", o.seeds, 1u, kMaxStudySeeds,
              study_option("runs of each method, with different seeds",
