@@ -83,12 +83,13 @@ inline Rgb absorption(const Scene& scene, const Material* medium, float distance
 // rays it ended (OpticsCounters).
 inline constexpr uint32_t kMaxWalls = 10'000;
 
-// Returns the transmittance towards a sampled light. Smooth thin walls, and the solids behind
-// hidden faces, attenuate the light. If anything else lies in between, the transmittance is 0.
-// `target` is the end of the connection; it is unused for lights at infinity. `interior` is the
-// interior at `from` on entry, and the interior at the end of the connection on return.
-// `*medium_start` is set to the distance from `from` at which this last interior's medium begins.
-// The caller must apply the absorption from there on.
+// Returns the transmittance of the connection from `from` to a sampled light. Smooth thin walls,
+// and the solids behind hidden faces, attenuate the light. If anything else lies in between, the
+// transmittance is 0. `target` is the end of the connection; it is unused for lights at infinity.
+//
+// On entry, `*interior` is the interior at `from`. On return, it is the interior at the end of the
+// connection, and its medium begins at the distance `*medium_start` from `from`. The result lacks
+// the absorption of this last medium, which the caller must apply.
 Rgb clear_transmittance(const Scene& scene, Vec3f from, const LightSample& light,
                         const Vec3f& target, float time, CoverageKey coverage_key,
                         Interior* interior, float* medium_start, PixelSamples& samples,

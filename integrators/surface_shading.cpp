@@ -12,7 +12,7 @@ namespace emberline {
   const Vec4f& tangent = p.surface.tangent;
   if (local.clearcoat > 0.0f) {
     const Vec3f coat = layers.has_clearcoat_normal_map
-                           ? mapped_normal(normal, tangent, false, local.clearcoat_normal)
+                           ? mapped_normal(normal, tangent, local.clearcoat_normal)
                            : normal;
     const SurfaceFrame frame = make_surface_frame(p.surface.geometric_normal, normal, coat, p.wo);
     local.clearcoat_normal = p.frame.shading.to_local(frame.shading.normal);

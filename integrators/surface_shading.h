@@ -54,7 +54,7 @@ inline void find_material(const TexelPositions& texels, ShadedPoint* point) {
   Vec3f normal = p.surface.shading_normal;
   if (p.material.has_normal_map) {
     // The tangent's handedness already accounts for mirroring instances.
-    normal = mapped_normal(normal, p.surface.tangent, false, p.material.normal);
+    normal = mapped_normal(normal, p.surface.tangent, p.material.normal);
   }
   p.frame = make_surface_frame(p.surface.geometric_normal, p.surface.shading_normal, normal, p.wo);
   p.material.bsdf.inside = p.frame.back_facing;

@@ -39,8 +39,9 @@ std::string layer_of(const std::string& channel);
 bool is_colour(const std::string& channel);
 
 // Returns the time code HH:MM:SS:FF of a frame. Frames are numbered from 0, and `fps` is rounded
-// up. The time code is packed as in SMPTE ST 12-1 without drop frames. Returns nothing for times
-// beyond a day and for more than 40 frames per second, which the format cannot express.
+// up. The time code is packed as in SMPTE ST 12-1 without drop frames. Returns nothing for what the
+// format cannot express: negative frames, times from 24 hours on, and rates that are not above 0 or
+// are above 40 frames per second.
 std::optional<uint32_t> smpte_time_code(int64_t frame, double fps);
 // Returns the frame rate as a fraction: 24 becomes 24 / 1, and 23.976 becomes 24000 / 1001.
 std::pair<int32_t, uint32_t> frame_rate_fraction(double fps);

@@ -4,12 +4,10 @@
 
 #include <algorithm>
 #include <cstring>
-#include <nlohmann/json.hpp>
 #include <vector>
 
 #include "io/files/input_file.h"
 #include "io/gltf/document/document.h"
-#include "io/gltf/document/uri.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/hash.h"
 
@@ -62,17 +60,12 @@ uint64_t scene_fingerprint(const std::string& path, const std::string& resource_
                            LoadProgress& progress) {
   const GltfDocument document = open_gltf_document(path, resource_root, progress);
   uint64_t hash = file_fingerprint(path, progress);
-  for (const char* list : {"buffers", "images"}) {
-    for (const nlohmann::json& item : document.array(list)) {
-      const nlohmann::json* uri = find_member(item, "uri");
-      if (!uri || is_data_uri(uri->get_ref<const std::string&>())) continue;
-      try {
-        hash = hash_file(document.open_resource(uri->get_ref<const std::string&>(), path), hash,
-                         progress);
-      } catch (const InputError&) {
-        progress.check();
-        hash = hash_combine64(hash, 0);
-      }
+  for (const std::string& uri : document.external_uris()) {
+    try {
+      hash = hash_file(document.open_resource(uri, path), hash, progress);
+    } catch (const InputError&) {
+      progress.check();
+      hash = hash_combine64(hash, 0);
     }
   }
   return hash;

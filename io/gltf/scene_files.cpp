@@ -1,7 +1,6 @@
 #include "io/gltf/scene_files.h"
 
 #include <algorithm>
-#include <nlohmann/json.hpp>
 
 #include "io/gltf/document/document.h"
 #include "io/gltf/document/uri.h"
@@ -16,19 +15,14 @@ std::vector<fs::path> scene_files(const std::string& path, const std::string& re
   const GltfDocument document = open_gltf_document(path, resource_root, progress);
   const fs::path scene = fs::absolute(path).lexically_normal();
   std::vector<fs::path> files = {scene};
-  for (const char* list : {"buffers", "images"}) {
-    for (const nlohmann::json& item : document.array(list)) {
-      const nlohmann::json* uri = find_member(item, "uri");
-      if (!uri || is_data_uri(uri->get_ref<const std::string&>())) continue;
-      try {
-        const auto& text = uri->get_ref<const std::string&>();
-        document.open_resource(text, path);  // checks that the file exists inside the root
-        const fs::path name = resolve_uri(text, document.resources, path).name;
-        const fs::path file = (scene.parent_path() / name).lexically_normal();
-        if (std::ranges::find(files, file) == files.end()) files.push_back(file);
-      } catch (const InputError&) {
-        progress.check();  // only checks for cancellation; loading the scene will report the error
-      }
+  for (const std::string& uri : document.external_uris()) {
+    try {
+      document.open_resource(uri, path);  // checks that the file exists inside the root
+      const fs::path name = resolve_uri(uri, document.resources, path).name;
+      const fs::path file = (scene.parent_path() / name).lexically_normal();
+      if (std::ranges::find(files, file) == files.end()) files.push_back(file);
+    } catch (const InputError&) {
+      progress.check();  // only checks for cancellation; loading the scene will report the error
     }
   }
   return files;

@@ -6,7 +6,6 @@
 #include <array>
 #include <iterator>
 #include <map>
-#include <span>
 #include <string_view>
 #include <utility>
 

@@ -117,8 +117,9 @@ ExrPartList read_exr_parts(ByteCursor& cursor) {
   return parts;
 }
 
-// After a power loss, a file can have the right length but end with zeros. Compressed pixels (zip,
-// piz, pxr24, dwa) end with a checksum or with codes, and never with this many zeros.
+// After a power loss, a file can have the right length but end with zeros. A chunk that zip, piz,
+// pxr24 or dwa has made smaller ends with a checksum or with codes, and never with this many zeros.
+// A chunk that they cannot make smaller has plain pixels; these may end so, but seldom do.
 constexpr uint64_t kMaxEndZeros = 8;
 
 bool is_compressed(uint8_t compression) {

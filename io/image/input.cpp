@@ -1,7 +1,5 @@
 #include "io/image/input.h"
 
-#include <tbb/task_arena.h>
-
 #include <algorithm>
 #include <array>
 #include <cassert>
@@ -19,6 +17,7 @@
 #include "io/image/library.h"
 #include "io/image/texel_repair.h"
 #include "renderer/core/errors.h"
+#include "renderer/core/parallel.h"
 
 namespace emberline {
 namespace {
@@ -271,8 +270,7 @@ class OpenImage {
   // thread's. Images with large tiles, or loads with little memory left, have fewer threads.
   int reserve_threads() {
     constexpr uint64_t kMaxBytes = uint64_t(32) << 20;
-    const auto most = uint64_t(tbb::this_task_arena::max_concurrency());
-    auto threads = std::clamp<uint64_t>(kMaxBytes / header_.tile_bytes, 1, most);
+    auto threads = std::clamp<uint64_t>(kMaxBytes / header_.tile_bytes, 1, worker_count());
     for (; threads > 1; threads /= 2) {
       try {
         decoder_memory_.add((threads - 1) * header_.tile_bytes, place_);

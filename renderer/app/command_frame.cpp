@@ -19,6 +19,7 @@
 #include "renderer/core/readable.h"
 #include "renderer/core/version.h"
 #include "renderer/engine/frame_scene.h"
+#include "renderer/engine/setting_rules.h"
 #include "renderer/engine/setting_table.h"
 #include "renderer/lights/light_guide.h"
 #include "renderer/output/checkpoint_head.h"
@@ -413,7 +414,13 @@ int CommandFrame::write_plan(const RenderOptions& planned, const std::string& pa
     return kExitStopped;
   }
   const RenderPlan plan(planned);
-  const SamplePlan counts = planned_samples(*job_, planned);
+  const SamplePlan counts = [&] {
+    try {
+      return planned_samples(*job_, planned);
+    } catch (const RenderError& error) {
+      throw RenderError("{}: {}", path, error.what());
+    }
+  }();
   LoadProgress progress({}, {}, run_.limits);
   const nlohmann::json& inputs = run_.scene.inputs(options_, progress);
   try {

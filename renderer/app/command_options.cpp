@@ -305,8 +305,9 @@ void add_plan_options(CLI::App* app, PlanOptions& o) {
   add_flag(app, "--resume", frame.resume,
            {.section = H::kOutput,
             .brief = "continue an interrupted command",
-            .full = "Continue from the state that an interrupted command has left in "
-                    "FILE.checkpoint. The plan has the same bits as without the interruption.",
+            .full = "Save the state in FILE.checkpoint, and continue from it if an interrupted "
+                    "command with --resume has left one. The plan has the same bits as without the "
+                    "interruption.",
             .example = "--resume -o frame.plan"});
   add_checkpoint_interval(app, frame);
   add_progress_file(app, frame);

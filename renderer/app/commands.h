@@ -61,11 +61,12 @@ struct HeatmapOptions {
 // output cannot be written.
 int run_heatmap(const HeatmapOptions& options);
 
-// `emberline show`: converts an EXR to a picture for display.
+// `emberline show`: writes an EXR, or one of its layers, as pictures of other formats.
 struct ShowOptions {
   std::string image;  // any .exr with a flat picture, or a sequence: "shot.####.exr"
   std::string layer;  // see find_layer(); empty: see find_colour()
-  // .png, .jpg: displayed; .exr: the layer as R, G, B and A; .gif: the sequence as an animation
+  // A .png or .jpg is the picture as displayed. An .exr has the layer in its channels R, G, B and
+  // A. A .gif is an animation of the sequence.
   std::vector<std::string> outputs;
   std::vector<int> frames;    // of a sequence; empty: all that exist
   std::optional<double> fps;  // of the animation; absent: kAnimationFps
@@ -73,8 +74,8 @@ struct ShowOptions {
   LimitOptions limits;
 };
 
-// Writes the same .png and .jpg files as `render -o` would, with two exceptions. A denoised picture
-// is shown only if the layer "denoised" is chosen. Values have the precision of the file (half
+// Writes the same .png and .jpg files as `render -o` would, with two exceptions: a denoised picture
+// is shown only if the layer "denoised" is chosen, and values have the precision of the file (half
 // floats, lossy compression). A layer with a single channel is shown in grey. If its values are not
 // all between 0 and 1, its least value is black and its greatest value is white. Keeps only the
 // .png and .jpg pictures and a band of rows in memory. Returns the exit code. Throws InputError if

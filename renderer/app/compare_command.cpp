@@ -328,7 +328,7 @@ void write_chart(const std::string& path, const std::vector<SequenceRow>& rows) 
 
 int run_sequence(const CompareOptions& options) {
   if (!options.difference.empty() && !has_frame_number(options.difference)) {
-    throw UsageError("-o: {} needs a frame number, such as ####, as the pictures have",
+    throw UsageError("-o: {} needs a frame number, such as ####, because each frame gets a file",
                      options.difference);
   }
   if (!options.chart.empty()) check_writable(options.chart);

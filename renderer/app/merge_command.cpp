@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <tbb/task_arena.h>
 
-#include <functional>
 #include <optional>
 
 #include "io/files/register.h"

@@ -2,8 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
-
 #include "renderer/core/readable.h"
 #include "renderer/core/shortened.h"
 #include "renderer/core/utf8.h"

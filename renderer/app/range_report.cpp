@@ -125,8 +125,9 @@ void add_animation(HtmlPage& page, const RenderOptions& options, const RangeRepo
                      shortened(format_frames(animated.frames)), readable_number(shown_fps),
                      options.denoise ? ", denoised" : "")}});
     if (animated.frames.size() < range.frames.size()) {
-      page.warning(fmt::format("{} frames could not be shown in the animation.",
-                               range.frames.size() - animated.frames.size()));
+      const size_t missing = range.frames.size() - animated.frames.size();
+      page.warning(fmt::format("{} frame{} could not be shown in the animation.", missing,
+                               missing == 1 ? "" : "s"));
     }
   } catch (const std::exception& error) {
     log_warning(fmt::format("{}: without an animation: {}", options.range_report, error.what()));

@@ -132,8 +132,8 @@ void add_study_methods(CLI::App* app, StudyOptions& o) {
       study_option(
           "error estimators of the adaptive driver",
           "Compare these estimators of the adaptive driver, a comma-separated list of "
-          "ESTIMATOR[/ALLOCATION][/unbiased or /planned]. A planned frame has the counts of "
-          "the command plan; its samples and time include the pilot.",
+          "ESTIMATOR[/ALLOCATION][/unbiased or /planned]. A planned frame gets the sample "
+          "counts that `emberline plan` would write; its samples and time include the pilot.",
           o.estimators, "--estimators nested,kajiya"),
       "estimator");
   CLI::Option* samplers = app->add_option("--samplers", o.samplers)->type_name("LIST");
@@ -152,8 +152,9 @@ void add_study_methods(CLI::App* app, StudyOptions& o) {
       study_option(
           "rendering times to measure at, not sample counts",
           "Measure after these rendering times, in seconds, instead of at sample counts. LIST is a "
-          "comma-separated list in ascending order. A separate frame plans for its time like "
-          "`time-budget`.",
+          "comma-separated list in ascending order. If a method renders a separate frame for "
+          "each time, `time-budget` keeps the time. Planned frames, and samplers that must know "
+          "the number of samples in advance, get as many as a measurement of the speed suggests.",
           "", "--seconds 1,2,4,8"));
   add_number(app, "--seeds", o.seeds, 1u, kMaxStudySeeds,
              study_option("runs of each method, with different seeds",

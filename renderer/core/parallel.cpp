@@ -10,6 +10,9 @@
 #include <tbb/blocked_range.h>
 #include <tbb/parallel_for.h>
 #include <tbb/partitioner.h>
+#include <tbb/task_arena.h>
+
+#include <algorithm>
 
 #ifdef EMBERLINE_THREAD_SANITIZER
 #include <sanitizer/tsan_interface.h>
@@ -68,3 +71,9 @@ void run(size_t count, size_t grain, Partitioner partitioner,
 }
 
 }  // namespace emberline::parallel_detail
+
+namespace emberline {
+
+size_t worker_count() { return size_t(std::max(1, tbb::this_task_arena::max_concurrency())); }
+
+}  // namespace emberline

@@ -19,6 +19,9 @@ void run(size_t count, size_t grain, Partitioner partitioner,
 
 namespace emberline {
 
+// Returns the greatest number of threads that a loop of the caller can run on.
+size_t worker_count();
+
 // Calls body(begin, end) for ranges that together cover [0, count). TBB chooses the ranges; it does
 // not split a range of `grain` or fewer indices.
 template <typename Body>
@@ -39,6 +42,12 @@ void parallel_each(size_t count, size_t grain, const Body& body) {
 template <typename Body>
 void parallel_each(size_t count, const Body& body) {
   parallel_each(count, 1, body);
+}
+
+// Calls body(y) for each row of an image.
+template <typename Body>
+void for_each_row(int height, const Body& body) {
+  parallel_each(size_t(height > 0 ? height : 0), [&](size_t y) { body(int(y)); });
 }
 
 // Calls body(i) for each i < count, each in a separate task. Use this for a small number of long

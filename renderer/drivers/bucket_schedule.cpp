@@ -147,9 +147,8 @@ uint64_t bucket_count(const Rect& crop, int bucket_size) {
   return uint64_t((crop.width() + size - 1) / size * ((crop.height() + size - 1) / size));
 }
 
-// Counts the memory per bucket. While the order is computed, a bucket needs a curve step and two
-// cells, and then a cell and a rectangle. Later it needs two rectangles, an error and a count, and
-// in the outputs the places of its tiles.
+// While the order is computed, a bucket needs a curve step and two cells, and then a cell and a
+// rectangle: 24 bytes. Later it needs more: two rectangles, an error and a count.
 uint64_t bucket_list_bytes(const Rect& crop, int bucket_size) {
   constexpr uint64_t kBytes = 48;
   return kBytes * bucket_count(crop, bucket_size);

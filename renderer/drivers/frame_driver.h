@@ -107,7 +107,7 @@ class FrameDriver {
   virtual std::string explain(const FilmTile& /*film*/, int /*x*/, int /*y*/) const { return {}; }
   // Returns the sample counts that a frame with these limits should have, according to the samples
   // taken so far, for each pixel in rows from the top. Call after end(). Returns an empty list if
-  // the driver does not estimate deviations.
+  // the driver does not estimate deviations, or has not done so yet.
   virtual std::vector<uint32_t> planned_counts(const AdaptiveSettings& /*limits*/) const {
     return {};
   }

@@ -14,7 +14,8 @@
 
 namespace emberline {
 
-// Combines the stop requests of the caller with a time limit. Thread-safe.
+// Combines the stop requests of the caller with a time limit. token() and cause() may be called on
+// any thread.
 class FrameStop {
  public:
   // A request through either token is a stop by the user.

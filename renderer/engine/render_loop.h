@@ -2,8 +2,6 @@
 // render_tiles.cpp and shared_tiles.cpp include this file.
 #pragma once
 
-#include <tbb/task_arena.h>
-
 #include <algorithm>
 #include <atomic>
 #include <condition_variable>
@@ -21,10 +19,6 @@
 #include "renderer/engine/render_worker.h"
 
 namespace emberline {
-
-inline size_t worker_count() {
-  return size_t(std::max(1, tbb::this_task_arena::max_concurrency()));
-}
 
 class RenderLoop {
  public:

@@ -141,8 +141,9 @@ void set_judged_channels(std::span<const JudgedChannel> channels, FrameSettings&
 // Returns the channels that the settings request or need.
 AovSet aovs_of(const FrameSettings& settings);
 
-// Minimum samples per pixel for which each stream gets a block of eight. With fewer samples, the
-// halves are the first and the second half of the samples.
+// From this many samples per pixel on, each half of the film has at least one block of eight
+// samples, because the halves get blocks in turn. With fewer samples, the blocks are shorter: each
+// half gets one.
 inline constexpr uint32_t kMinStreamSamples = 16;
 
 // Returns the crop, which is the whole frame by default.

@@ -72,9 +72,10 @@ class TileBudget {
   TileBudget(double seconds, BudgetClock clock, std::vector<double> costs, double seconds_per_work,
              uint32_t least);
 
-  // Returns the tile to render as number `n`, counted from 0. Expensive tiles come first, so that
-  // the last correction applies to small tiles and all threads end at about the same time. Tiles of
-  // similar cost are spread over the whole frame, so that the first ones have the frame's pace.
+  // Returns the index of the tile that is rendered as the n-th, counted from 0. Expensive tiles
+  // come first. At the end, when only cheap tiles are left, counts can still be corrected, and no
+  // thread works much longer than the others. Tiles of similar cost are spread over the whole
+  // frame, so that the pace of the first tiles is that of the frame.
   size_t tile_at(size_t n) const { return order_[n]; }
   // Call this instead of begin() for a tile that already has its samples.
   void skip(size_t tile);

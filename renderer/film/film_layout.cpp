@@ -114,7 +114,8 @@ struct RowBlock {
   bool is_valid() const { return all_finite(sums, part.sums); }
 };
 
-// The counters of a kCount row, or the number of a kFirstHit row.
+// The whole numbers of a part with a single row: sums for kCount, or for kFirstHit the number of
+// the first hit (0: no hit yet).
 struct NumberBlock {
   const ChannelRow& row;
   uint32_t* numbers;

@@ -2,7 +2,6 @@
 
 #include <cmath>
 #include <string>
-#include <vector>
 
 #include "renderer/core/constants.h"
 #include "renderer/core/errors.h"

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <array>
-#include <limits>
 
 #include "renderer/film/film.h"
 #include "renderer/film/finite_float.h"

@@ -1,6 +1,5 @@
 #include "renderer/film/half_sums.h"
 
-#include <algorithm>
 #include <cstring>
 #include <limits>
 

@@ -229,7 +229,7 @@ LightBvhChild Builder::bound(size_t begin, size_t end) const {
   child.radius = uint16_t((std::bit_cast<uint32_t>(radius) + 0xffffu) >> 16);
   child.intensity = std::max(float(intensity), std::numeric_limits<float>::min());
 
-  const double largest = std::max({std::abs(sum.x), std::abs(sum.y), std::abs(sum.z)});
+  const double largest = max_abs_component(sum);
   if (!(largest > 1e-30)) {
     sum = Vec3d(0, 0, 1);
   } else {

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
-#include <tbb/task_arena.h>
 
 #include <algorithm>
 #include <atomic>
@@ -354,8 +353,7 @@ void FrameMerge::deliver(const AovSet& aovs, RenderSink& sink, const SaveTile& s
   std::atomic<uint32_t> lowest{UINT32_MAX};
   std::atomic<uint64_t> unsampled{0};
   std::mutex mutex;
-  const auto threads = size_t(std::max(1, tbb::this_task_arena::max_concurrency()));
-  parallel_tasks(std::min(tiles_.size(), threads), [&](size_t) {
+  parallel_tasks(std::min(tiles_.size(), worker_count()), [&](size_t) {
     const FlushDenormals flush;  // as the render workers do
     FilmTile film(aovs, first().film_extras());
     FilmTile more(aovs, first().film_extras());

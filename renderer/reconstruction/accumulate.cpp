@@ -1,7 +1,5 @@
 #include "renderer/reconstruction/accumulate.h"
 
-#include <cmath>
-
 #include "renderer/reconstruction/align.h"
 #include "renderer/reconstruction/box.h"
 #include "renderer/reconstruction/patches.h"

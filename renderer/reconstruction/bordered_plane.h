@@ -52,12 +52,6 @@ class BorderedPlane {
   std::vector<float> values_;
 };
 
-// Calls body(y) for each row of an image, in parallel.
-template <typename Body>
-void for_each_row(int height, const Body& body) {
-  parallel_each(size_t(height), [&](size_t y) { body(int(y)); });
-}
-
 // Calls body(x, y) for each pixel of an image; rows are processed in parallel.
 template <typename Body>
 void for_each_pixel(int width, int height, const Body& body) {

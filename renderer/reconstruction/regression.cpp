@@ -27,8 +27,8 @@ constexpr float kMinPivot = 1e-5f;
 // feature already chosen, is at most this.
 constexpr float kMinSpread = 4e-6f;
 constexpr float kMinDivisor = 1e-30f;
-// If a pixel's weight in its own fit reaches this limit, the fit is replaced by the weighted mean.
-// In the weighted mean over a full window, the pixel's weight is below the limit.
+// A fit that gives its own pixel at least this weight does not determine a plane, and is replaced
+// by the weighted mean. A weighted mean over a full window gives the pixel less than this.
 constexpr float kMaxWeight = 1e6f;
 
 WindowWeights::WindowWeights() : weights_(new Rows[2 * kOffsets]) {}

@@ -315,7 +315,7 @@ void SceneBuilder::bake(MeshDescription& source, const InstanceDescription& plac
 void SceneBuilder::limit_origins(const Mat44d& m, const std::string& mesh) {
   const double growth = inverse_growth(m) / scene_->scale_;
   const Vec3d at = (row(m, 3) - scene_->origin_) * scene_->scale_;
-  const double distance = std::max({std::abs(at.x), std::abs(at.y), std::abs(at.z)});
+  const double distance = max_abs_component(at);
   scene_->max_origin_ = std::min(scene_->max_origin_, kMaxOrigin / growth - distance);
   // Rays must be traceable within the scene and from outside, and Embree must be able to invert the
   // transform in float.

@@ -15,8 +15,6 @@
 namespace emberline {
 namespace {
 
-double largest(const Vec3d& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
-
 Imath::Quatd rotation_of(const auto& pose) {
   Mat44d m;
   for (int c = 0; c < 3; ++c) {
@@ -80,7 +78,7 @@ Camera::Camera(const CameraDescription& description, int width, int height, cons
     // Float must hold the squared direction to a point in focus, and 1 / focus.
     require(s.lens_radius / focus <= kMaxOrigin && focus > kMinExtent,
             "its lens is too large for its focus distance");
-    require(largest(pose.position) * kFloatUnit <= 0.25 * focus,
+    require(max_abs_component(pose.position) * kFloatUnit <= 0.25 * focus,
             "it is too far from the scene for its focus distance");
     s.lens = true;
     s.inverse_focus_distance = float(1.0 / focus);
@@ -117,7 +115,7 @@ Camera::Pose Camera::pose_of(const Mat44d& m, const std::string& name, const Vec
   // The sum bounds every coordinate of a ray origin. The comparison is false for NaN.
   const double extent = shape_.orthographic ? max_size_ * (shape_.half_width + shape_.half_height)
                                             : shape_.lens_radius;
-  require(largest(position) + extent <= max_origin,
+  require(max_abs_component(position) + extent <= max_origin,
           "it is too far from the scene or too wide to trace rays from it");
   return {position, right, right.cross(axis), axis};
 }

@@ -34,8 +34,6 @@ constexpr double kMargin = 1.0 / 16;
 // safety margin.
 constexpr double kErrorScale = 16;
 
-double largest(const Vec3d& v) { return std::max({std::abs(v.x), std::abs(v.y), std::abs(v.z)}); }
-
 // Returns the condition number of an instance's transform in the Frobenius norm. It is 3 for
 // similarities.
 double condition_of(const scene_detail::Instance& instance) {
@@ -61,7 +59,7 @@ class EmptyPixels::Projection {
         camera_(camera),
         cell_(std::ldexp(1.0, map.shift_)),
         pixel_margin_(double(reach) - 0.5 + kMargin) {
-    camera_error_ = 4 * 0x1p-23 * largest(camera.position());
+    camera_error_ = 4 * 0x1p-23 * max_abs_component(camera.position());
     const Vec2d pixel = camera.pixel_size();
     const double across = (0.5 * width + reach + kMargin) * pixel.x;
     const double down = (0.5 * height + reach + kMargin) * pixel.y;

@@ -373,7 +373,6 @@ void Scene::interaction(const SurfaceHit& hit, float time, SurfaceInteraction* o
   }
   if (mesh.has_attributes) interpolate(mesh, instance, hit, time, s);
   s.instance = hit.instance;
-  s.primitive = hit.primitive;
   s.material = mesh.material;
   s.material_index = mesh.material_index;
 }

@@ -46,7 +46,6 @@ struct SurfaceInteraction {
   Vec4f tangent;
   SurfaceAttributes attributes{SurfaceAttributes::Unread{}};
   uint32_t instance = 0;
-  uint32_t primitive = 0;
   const Material* material = nullptr;
   uint32_t material_index = 0;  // index in the description; one past the last means the default
                                 // material

@@ -1,7 +1,6 @@
 #include "renderer/session/host_values.h"
 
 #include <nlohmann/json.hpp>
-#include <utility>
 
 #include "io/json/edits_file.h"
 #include "io/json/reader.h"

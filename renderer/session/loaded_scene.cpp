@@ -1,7 +1,5 @@
 #include "renderer/session/loaded_scene.h"
 
-#include <algorithm>
-#include <span>
 #include <utility>
 
 #include "io/files/input_file.h"

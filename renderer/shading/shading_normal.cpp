@@ -2,11 +2,10 @@
 
 namespace emberline {
 
-Vec3f mapped_normal(const Vec3f& normal, const Vec4f& tangent, bool mirrored,
-                    const Vec3f& map_normal) {
+Vec3f mapped_normal(const Vec3f& normal, const Vec4f& tangent, const Vec3f& map_normal) {
   const Vec3f t(tangent.x, tangent.y, tangent.z);
   const Vec3f b = cross(normal, t);
-  const float sign = ((tangent.w < 0.0f) != mirrored) ? -1.0f : 1.0f;
+  const float sign = tangent.w < 0.0f ? -1.0f : 1.0f;
   const float b2 = dot(b, b), limit = 1e-12f * dot(t, t) * dot(normal, normal);
   if (!(b2 > limit)) {  // also for NaN
     const Vec3f unit = normalize_or(normal, Vec3f(0.0f));

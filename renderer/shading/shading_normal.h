@@ -20,11 +20,10 @@ struct SurfaceFrame {
 
 // Returns the normal given by a tangent-space map: x T + y B + z N with B = w cross(N, T), without
 // intermediate normalisation (MikkTSpace convention). `normal` and `tangent`.xyz are interpolated,
-// in world space. `mirrored` means that the instance's transform has a negative determinant, which
-// reverses cross products. An unusable tangent (zero, or parallel to the normal) is replaced by an
-// arbitrary one. The result is a unit vector on `normal`'s side of the surface.
-Vec3f mapped_normal(const Vec3f& normal, const Vec4f& tangent, bool mirrored,
-                    const Vec3f& map_normal);
+// in world space. If the instance's transform has a negative determinant, which reverses cross
+// products, the caller negates w. An unusable tangent (zero, or parallel to the normal) is replaced
+// by an arbitrary one. The result is a unit vector on `normal`'s side of the surface.
+Vec3f mapped_normal(const Vec3f& normal, const Vec4f& tangent, const Vec3f& map_normal);
 
 // Builds the frame. `face_normal` is the unit geometric normal, on the side from which the
 // triangle's vertices run counter-clockwise (for a mirrored instance, on the transformed front

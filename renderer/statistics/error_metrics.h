@@ -35,7 +35,7 @@ struct ErrorMetrics {
   double rel_mse = kNone;
   double rel_mse_epsilon = kNone;
   double rel_mse_trimmed = kNone;  // without the worst 0.1 % of pixels (rounded down)
-  double signed_bias = kNone;      // sum(x - r) / sum(r); infinite if r is black and x is not
+  double signed_bias = kNone;      // sum(x - r) / sum(r); x / 0 is infinite, 0 / 0 is 0
   double psnr = kNone;             // dB, display values, peak 1; infinite if there is no difference
   double ssim = kNone;             // ssim.h, on the luma of display values
   double flip = kNone;             // mean of flip_map() (flip.h)

@@ -6,7 +6,7 @@
 #include <cstddef>
 #include <optional>
 
-#include "renderer/statistics/row_sums.h"
+#include "renderer/core/parallel.h"
 
 namespace emberline {
 namespace {

@@ -10,9 +10,9 @@
 #include <numbers>
 #include <numeric>
 
+#include "renderer/core/parallel.h"
 #include "renderer/core/vector.h"
 #include "renderer/statistics/plane.h"
-#include "renderer/statistics/row_sums.h"
 
 namespace emberline {
 namespace {

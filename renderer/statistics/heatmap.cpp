@@ -6,12 +6,11 @@
 #include <cassert>
 #include <cmath>
 #include <cstdint>
-#include <optional>
 #include <string>
 #include <vector>
 
+#include "renderer/core/parallel.h"
 #include "renderer/core/readable.h"
-#include "renderer/statistics/row_sums.h"
 
 namespace emberline {
 namespace {

@@ -51,9 +51,9 @@ struct LegendLayout {
   std::vector<Text> tick_labels;  // fewer than ticks if labels would overlap
 };
 
-// The size of letters is proportional to the size of the frame, down to the smallest readable size.
-// The legend of a very small frame is therefore wider than the frame. Items are placed side by side
-// in lines; the first item is the title. `bar` may be null.
+// Returns the layout for a frame of width x height pixels. The first item is the title; the others
+// follow side by side, in lines. `bar` may be null. Letters grow with the frame, but are never too
+// small to read, so the legend of a very small frame is wider than the frame.
 LegendLayout lay_out_legend(int width, int height, std::span<const LegendItem> items,
                             const LegendBar* bar);
 

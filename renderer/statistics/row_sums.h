@@ -8,12 +8,6 @@
 
 namespace emberline {
 
-// Calls fn(row) for each row, in parallel.
-template <typename Function>
-void for_each_row(int height, const Function& fn) {
-  parallel_each(size_t(height > 0 ? height : 0), [&](size_t y) { fn(int(y)); });
-}
-
 // Returns the sum over all rows. fn(row) returns the sum of a row; these sums are added with +=,
 // from the first row to the last.
 template <typename Sum, typename Function>

@@ -10,7 +10,6 @@
 #include <cmath>
 #include <cstdint>
 #include <new>
-#include <utility>
 
 #include "renderer/core/errors.h"
 #include "renderer/core/utf8.h"

@@ -1,6 +1,5 @@
 #include "renderer/window/window_state.h"
 
-#include <algorithm>
 #include <cstdlib>
 #include <filesystem>
 #include <nlohmann/json.hpp>

@@ -2,7 +2,6 @@
 // lights_bench`.
 #include <chrono>
 #include <cstdio>
-#include <cstring>
 
 #include "renderer/core/moments.h"
 #include "renderer/core/warps.h"

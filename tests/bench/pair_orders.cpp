@@ -11,7 +11,6 @@
 // search over columns and takes minutes.
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <random>

@@ -10,7 +10,6 @@
 
 #include <CLI/CLI.hpp>
 #include <cmath>
-#include <cstdio>
 #include <thread>
 
 #include "bench/bench_frame.h"

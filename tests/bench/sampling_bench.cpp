@@ -2,7 +2,6 @@
 // (the film).
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "bench/parts.h"
 #include "renderer/description/framing.h"

@@ -1,5 +1,4 @@
 // Tests the output and the errors of `emberline compare`. tests/unit tests the metrics.
-#include <cmath>
 #include <filesystem>
 #include <nlohmann/json.hpp>
 #include <tuple>

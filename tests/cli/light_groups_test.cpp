@@ -1,5 +1,4 @@
 // Tests --light-groups, which writes the contribution of each light as an EXR layer.
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "cli/command_test.h"

@@ -2,7 +2,6 @@
 #include <sys/stat.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <csignal>
 #include <filesystem>
@@ -531,7 +530,7 @@ TEST_F(Range, ReportsAsAPage) {
   fs::remove(path("a.03.exr"));
   const RunResult odd = run(turn(page + Words{"--frames", "1-4", "--skip-existing"}));
   EXPECT_EQ(odd.exit_code, 0) << odd.describe();
-  expect_parts({"Frames 1-3 at 25", "1 frames could not be shown"});
+  expect_parts({"Frames 1-3 at 25", "1 frame could not be shown"});
   // Denoised frames are shown denoised, also if only some of them have been.
   render(turn(page + Words{"--frames", "1-2", "--denoise", "--spp", "16"}));
   expect_parts({"Frames 1-2 at 25 frames per second, denoised."});

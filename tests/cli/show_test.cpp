@@ -1,6 +1,5 @@
 // Tests `emberline show`, the layers of `compare`, and `emberline info` for frames.
 #include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "cli/command_test.h"

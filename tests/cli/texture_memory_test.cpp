@@ -1,6 +1,5 @@
 // Tests --texture-memory, which keeps textures in a file instead of memory. This must not change
 // the picture.
-#include <algorithm>
 #include <csignal>
 #include <cstdint>
 #include <filesystem>

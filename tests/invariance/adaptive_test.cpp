@@ -4,7 +4,6 @@
 #include <tbb/global_control.h>
 #include <tbb/task_arena.h>
 
-#include <atomic>
 #include <bit>
 #include <limits>
 

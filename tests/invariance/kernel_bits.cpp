@@ -85,7 +85,7 @@ void vectors() {
     const SurfaceFrame surface =
         make_surface_frame(n, normalize_or(n + b, n), normalize_or(n + a * 0.2f, n), a);
     bits.add(surface.shading.tangent, surface.shading.normal);
-    bits.add(mapped_normal(n, Vec4f(a.x, a.y, a.z, 1.0f), false, random.direction()));
+    bits.add(mapped_normal(n, Vec4f(a.x, a.y, a.z, 1.0f), random.direction()));
   }
   bits.print("vectors");
 }

@@ -4,8 +4,6 @@
 // The statistical tests have fixed seeds, so --gtest_filter=NAME replays a test exactly.
 #include <gtest/gtest.h>
 
-#include <algorithm>
-
 #include "renderer/drivers/driver_table.h"
 #include "renderer/engine/render_job.h"
 #include "renderer/film/film.h"

@@ -1,6 +1,5 @@
 // Glass: slabs with exact reflectance and transmittance, and solids that are invisible in a
 // furnace.
-#include <cstring>
 
 #include "closed_form.h"
 #include "support/glass_scenes.h"

@@ -1,6 +1,5 @@
 // Absorbing slabs at every angle (case 13), limited depth and index-matched interfaces (case 14),
 // mirrors (case 25), and glass where its formulas lose all digits.
-#include <cstring>
 
 #include "closed_form.h"
 #include "renderer/shading/lobes/transmission_lobe.h"

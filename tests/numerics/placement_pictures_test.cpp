@@ -1,6 +1,5 @@
 // Cases 17 and 18 for a scene with everything in it. Its position and scale must not change the
 // picture.
-#include <cstring>
 
 #include "closed_form.h"
 #include "renderer/description/framing.h"

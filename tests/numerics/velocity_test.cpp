@@ -2,8 +2,6 @@
 // an instant and with an open shutter. The picture itself must not change.
 #include <gtest/gtest.h>
 
-#include <limits>
-
 #include "support/moving_scenes.h"
 #include "support/render.h"
 

@@ -38,8 +38,8 @@ int checked_component_size(const json& object, const std::string& place) {
 }
 
 // Throws unless `count` elements of `size` bytes, `stride` apart, lie within the view. All values
-// are at most 2^53, and the stride is below 2^16. Comparing `count` with the view's size first
-// keeps the product below 2^63.
+// are at most 2^53, and the stride is below 2^16. The view has bytes of a file or of memory, so its
+// size is below 2^47. Comparing `count` with it first keeps the product below 2^63.
 void check_range(const GltfView& view, uint64_t offset, uint64_t count, uint64_t stride,
                  uint64_t size, const std::string& place) {
   const bool exceeds_view = count > view.size;

@@ -210,6 +210,18 @@ InputFile GltfDocument::open_resource(const std::string& uri, const std::string&
   return resource;
 }
 
+std::vector<std::string> GltfDocument::external_uris() const {
+  std::vector<std::string> uris;
+  for (const char* list : {"buffers", "images"}) {
+    for (const nlohmann::json& item : array(list)) {
+      const nlohmann::json* uri = find_member(item, "uri");
+      if (uri && !is_data_uri(uri->get_ref<const std::string&>()))
+        uris.push_back(uri->get<std::string>());
+    }
+  }
+  return uris;
+}
+
 std::vector<std::exception_ptr> GltfDocument::try_each(
     size_t count, const std::function<void(size_t)>& body) const {
   std::vector<std::exception_ptr> errors(count);

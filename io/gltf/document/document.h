@@ -107,6 +107,8 @@ struct GltfDocument {
   void copy_bytes(int view, uint64_t offset, uint64_t length, void* out) const;
   // Opens a file that the scene refers to and adds it to `files`. Thread-safe. Throws InputError.
   InputFile open_resource(const std::string& uri, const std::string& uri_place) const;
+  // Returns the URIs of all buffers and images that are not data URIs, in the document's order.
+  std::vector<std::string> external_uris() const;
   // Runs body(i) for all i < count in parallel, and advances `progress` by one item after each
   // call. Returns, for each call, its exception or null. Throws only Cancelled.
   std::vector<std::exception_ptr> try_each(size_t count,

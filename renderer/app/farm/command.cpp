@@ -36,6 +36,12 @@ namespace {
 
 namespace fs = std::filesystem;
 
+// The files that the command and the plan's job write. merge.json is another one, but folders of
+// earlier versions do not list it as their own.
+constexpr const char* kFolderFiles[] = {
+    "settings.json", "plan.sh",  "frame.plan", "frame.plan.checkpoint",
+    "part.sh",       "merge.sh", "job.json"};
+
 void check_request(const FarmOptions& o) {
   if (o.frame.scene.empty())
     throw UsageError("farm: missing argument: scene; see emberline farm --help");
@@ -112,9 +118,8 @@ void check_file_types(const FarmFolder& folder) {
                      : expected_type == fs::file_type::directory ? "not a folder"
                                                                  : "not a regular file");
   };
-  for (const char* name : {"job.json", "settings.json", "plan.sh", "frame.plan",
-                           "frame.plan.checkpoint", "part.sh", "merge.sh", "merge.json"})
-    check(folder.file(name), fs::file_type::regular);
+  for (const char* name : kFolderFiles) check(folder.file(name), fs::file_type::regular);
+  check(folder.file("merge.json"), fs::file_type::regular);
   for (const char* name : {"logs", "progress"}) {
     check(folder.file(name), fs::file_type::directory);
     for (const auto& entry : fs::directory_iterator(folder.file(name), unknown))
@@ -243,7 +248,7 @@ void remove_plan(const FarmFolder& folder, const FrameSettings& settings) {
   fs::remove(folder.plan());
   std::error_code ignored;
   fs::remove(folder.plan_progress(), ignored);
-  const std::string checkpoint = folder.plan() + ".checkpoint";
+  const std::string checkpoint = folder.plan_checkpoint();
   if (!continues_pilot(checkpoint, settings)) fs::remove(checkpoint, ignored);
 }
 
@@ -358,10 +363,7 @@ int submit_frame(const FarmOptions& farm) {
                     {.option = "-o", .marker = "emberline-farm.json", .exclusive = true});
   check_file_types(folder);
   reject_running(folder);
-  const std::vector<std::string> names = {
-      "settings.json", "plan.sh",  "frame.plan", "frame.plan.checkpoint",
-      "part.sh",       "merge.sh", "job.json"};
-  owned.claim(names);
+  owned.claim(std::vector<std::string>(std::begin(kFolderFiles), std::end(kFolderFiles)));
   const bool has_plan = makes_plan && has_valid_plan(frame.options);
   const int resumable_parts =
       check_checkpoints(folder, frame.options, frame.parts, has_plan || !makes_plan);

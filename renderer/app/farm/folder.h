@@ -3,7 +3,9 @@
 //
 //   settings.json   the frame's settings, for `render --settings`
 //   part.sh         renders a part; merge.sh merges the parts
-//   plan.sh         for an adaptive frame: makes frame.plan, which the parts need
+//   plan.sh         for an adaptive frame: makes frame.plan, which the parts need; it continues
+//   from
+//                   frame.plan.checkpoint
 //   job.json        the submitted jobs: FarmRecord
 //   progress/       part-K.json and plan.json, as written by --progress-file
 //   logs/           part-K.log, plan.log, merge.log
@@ -33,6 +35,7 @@ struct FarmFolder {
   std::string progress(uint32_t part) const;
   std::string plan_progress() const { return file("progress/plan.json"); }
   std::string plan() const { return file("frame.plan"); }
+  std::string plan_checkpoint() const { return plan() + ".checkpoint"; }
   std::string checkpoint(uint32_t part, uint32_t parts) const;
   // Whether Slurm opens the logs. It cannot if the folder's path contains %, \ or a control
   // character: Slurm interprets % and \ in the names of logs, and no way of escaping works for

@@ -20,9 +20,9 @@
 
 namespace emberline {
 
-// The threshold that corresponds to the paper's limits. The value is our choice, between an
-// invisible error (.005, one level of 255) and an obvious one (.08), so that a --noise-threshold
-// means about the same for all estimators.
+// A --noise-threshold of this value means the paper's limits. The value is our choice, so that a
+// threshold means about the same for all estimators: .005 (one level of 255) is invisible, and .08
+// is obvious.
 inline constexpr float kContrastThreshold = 0.02f;
 inline constexpr uint32_t kContrastBatch =
     8;  // our choice: with fewer samples, path-traced pixels are too noisy

@@ -23,8 +23,8 @@ bool has_estimate(const PixelStatistics& pixels, size_t i) {
   return pixels.second_count[i] >= 1.0f && pixels.count[i] - pixels.second_count[i] >= 1.0f;
 }
 
-// Returns the error e_p, or 0 if the pixel has no light, no estimate or an error that is not
-// finite, because one such pixel must not keep its block unfinished.
+// Returns the error e_p, which is at most kMaxPixelError. Returns 0 if the pixel has no estimate or
+// an error that is not finite, because one such pixel must not keep its block unfinished.
 uint64_t pixel_error(const PixelStatistics& pixels, size_t i) {
   constexpr float kMinLight = 1e-8f;  // a filter with negative lobes may even make `light` negative
   if (!has_estimate(pixels, i)) return 0;

@@ -19,8 +19,8 @@ float jitter_rate(float rate, uint32_t seed, size_t i) {
 namespace {
 
 // A planned count is at least 1 / kMinPlannedFraction of the mean count, since pixels that look
-// free of noise may have missed rare light. It is at most kMaxPlannedGrowth times the samples on
-// which the plan is based.
+// free of noise may have missed rare light. Beyond that, it is at most kMaxPlannedGrowth times the
+// samples on which the plan is based.
 constexpr uint32_t kMinPlannedFraction = 8;
 constexpr float kMaxPlannedGrowth = 16.0f;
 
@@ -29,8 +29,9 @@ constexpr size_t kFrameGrain = 8192;
 // Returns the least multiple of `step` that is at least `count`.
 float round_up(float count, uint32_t step) { return std::ceil(count / float(step)) * float(step); }
 
-// Distributes the whole budget of `limits` at once. No count is below `least_of(i)` or above
-// `max_growth` times the count on which the errors are based.
+// Distributes the whole budget of `limits` at once. Each count is at least `least_of(i)`. Beyond
+// that, it is at most `max_growth` times the count on which the errors are based, and at most what
+// the threshold needs. No count exceeds sample_limit().
 template <typename LeastOf>
 std::vector<float> allocate_anew(const FrameEstimates& known, const AdaptiveSettings& limits,
                                  float max_growth, const LeastOf& least_of) {

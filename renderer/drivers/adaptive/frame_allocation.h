@@ -28,7 +28,8 @@ inline constexpr double kUnlimited = 1e18;
 // frame, do not all double at once. Noise makes rates differ by more than this.
 float jitter_rate(float rate, uint32_t seed, size_t i);
 
-// What is known about the pixels of a frame. `seed` is used for random rounding.
+// What is known about the pixels of a frame. `seed` decides the order of pixels with equal rates
+// (jitter_rate()).
 struct FrameEstimates {
   const PixelStatistics& pixels;
   const ErrorMap& errors;  // of all pixels, with deviations
@@ -36,8 +37,8 @@ struct FrameEstimates {
 };
 
 // Returns the sample counts for a new frame that has these limits, starts without samples and does
-// not change the counts later. They do not exceed 16 times the counts on which the estimates are
-// based.
+// not change the counts later. A count is at most 16 times the count on which its estimate is
+// based, or the least count that every pixel gets if that is more.
 std::vector<uint32_t> allocate_frame(const FrameEstimates& known, const AdaptiveSettings& limits);
 
 // Returns the work of a frame that has these limits and now has `current` samples.

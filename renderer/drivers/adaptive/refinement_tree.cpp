@@ -6,7 +6,6 @@
 #include <cassert>
 #include <functional>
 #include <string>
-#include <utility>
 
 #include "renderer/core/color4.h"
 #include "renderer/core/errors.h"

@@ -40,9 +40,10 @@ constexpr uint32_t kNoiselessGrowth = 64;
 // An error below this fraction of the threshold is rounding noise.
 constexpr float kNoiselessFraction = 1e-6f;
 
-// Estimators that use halves first update at this many pilot samples, then at every doubling.
+// Estimators with halves (EstimatorEntry) take the pilot in rounds: the first update comes at this
+// many samples, and then one at every doubling.
 constexpr uint32_t kFirstHalf = 8;
-// Frames with a time budget begin with this many samples, and then double them up to the pilot.
+// The same for frames with a time budget.
 constexpr uint32_t kFirstOpenRound = 2;
 
 // Without a threshold, the pilot is an eighth of the budget in whole blocks: 8 or 16 samples. A
@@ -110,8 +111,8 @@ RoundPlanner::RoundPlanner(const AdaptiveSettings& settings, int width, int heig
       recorded_(std::numeric_limits<size_t>::max()) {
   const size_t pixels = size_t(width) * size_t(height);
   pilot_ = pilot_samples(settings, entry_);
-  // If the time may end before the pilot does, its samples come in several rounds, so that all
-  // pixels have about as many.
+  // If the time may end before a pilot in rounds does, the rounds begin small, so that all pixels
+  // have about as many samples.
   const uint32_t first_round = settings.is_open ? kFirstOpenRound : kFirstHalf;
   const uint32_t first = entry_.halves ? std::min(pilot_, first_round) : pilot_;
   targets_.assign(pixels, first);
@@ -526,6 +527,7 @@ void RoundPlanner::archive(Archive& archive) {
   archive.check(spent_ == double(total));
   archive.check(settings_.budget == 0 || total <= 2 * uint64_t(settings_.budget) * pixels);
   if (settings_.is_open && archive.loading()) {
+    // extend_work() may have raised the budget, and with it the pilot.
     pilot_ = pilot_samples(settings_, entry_);
     pilot_done_ |= !all_equal(targets_);
   }

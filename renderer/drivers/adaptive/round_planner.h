@@ -60,10 +60,12 @@ class RoundPlanner {
   void expected_gains(std::span<const uint32_t> current, std::span<const uint32_t> targets,
                       std::vector<float>* gains) const;
   // Returns the result of allocate_frame() for the error estimates of the last update. The list is
-  // empty before the first update, and for estimators that do not estimate deviations.
+  // empty before the first update, and for estimators with a batch size, which do not estimate
+  // deviations.
   std::vector<uint32_t> planned_counts(const AdaptiveSettings& limits) const;
   // Raises the budget so that the work of the whole frame is about `factor` times the work so far.
-  // Call after plan() has returned false because the budget was spent.
+  // This also enlarges the pilot if all pixels still have the same count. Call after plan() has
+  // returned false because the budget was spent.
   void extend_work(double factor);
   // Predicts the work of the whole frame. Call when every pixel has its target number of samples.
   // Returns nullopt as long as the samples are too few. Takes as long as planning a round.

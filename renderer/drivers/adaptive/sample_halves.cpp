@@ -1,6 +1,5 @@
 #include "renderer/drivers/adaptive/sample_halves.h"
 
-#include <algorithm>
 #include <bit>
 #include <cmath>
 

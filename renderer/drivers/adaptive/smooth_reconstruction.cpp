@@ -1,7 +1,6 @@
 #include "renderer/drivers/adaptive/smooth_reconstruction.h"
 
 #include <algorithm>
-#include <bit>
 #include <cassert>
 #include <cstdint>
 #include <vector>

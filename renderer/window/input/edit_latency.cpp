@@ -1,7 +1,6 @@
 #include "renderer/window/input/edit_latency.h"
 
 #include <algorithm>
-#include <cmath>
 #include <limits>
 
 namespace emberline {

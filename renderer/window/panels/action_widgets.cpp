@@ -16,10 +16,10 @@ std::string effect_and_keys(Action action) {
 
 }  // namespace
 
-void action_button(Workbench& bench, const char* label, Action action, float width, int number) {
+void action_button(Workbench& bench, const char* label, Action action, float width) {
   const bool pressed = ImGui::Button(label, {width < 0.0f ? -FLT_MIN : width, 0.0f});
   widgets::help(effect_and_keys(action));
-  if (pressed) bench.act(action, number);
+  if (pressed) bench.act(action);
 }
 
 void small_action_button(Workbench& bench, const char* label, Action action) {

@@ -5,10 +5,8 @@
 
 namespace emberline {
 
-// `width` is as for widgets::button(). `number` is the bookmark's number, for actions that store or
-// recall a bookmark.
-void action_button(Workbench& bench, const char* label, Action action, float width = 0.0f,
-                   int number = 0);
+// `width` is as for widgets::button().
+void action_button(Workbench& bench, const char* label, Action action, float width = 0.0f);
 void small_action_button(Workbench& bench, const char* label, Action action);
 void action_entry(Workbench& bench, const char* label, Action action, bool enabled = true,
                   bool checked = false);

@@ -5,7 +5,6 @@
 
 #include <cmath>
 #include <limits>
-#include <vector>
 
 #include "renderer/core/frame.h"
 #include "renderer/core/hash.h"
@@ -103,7 +102,8 @@ TEST(VectorHelpers, ComponentsAndFiniteness) {
   constexpr float kNaN = std::numeric_limits<float>::quiet_NaN();
   constexpr float kInf = std::numeric_limits<float>::infinity();
   EXPECT_EQ(max_component({-3, -1, -2}), -1);
-  EXPECT_EQ(max_abs_component({-3, 1, 2}), 3);
+  EXPECT_EQ(max_abs_component(Vec3f(-3, 1, 2)), 3);
+  EXPECT_EQ(max_abs_component(Vec3d(1, -3, 2)), 3);
   EXPECT_TRUE(is_finite(Vec3f(1, 2, 3)));
   for (const float bad : {kNaN, kInf, -kInf}) {
     EXPECT_FALSE(is_finite(Vec3f(bad, 0, 0)));

@@ -6,7 +6,6 @@
 #include <tbb/task_arena.h>
 #include <unistd.h>
 
-#include <algorithm>
 #include <chrono>
 #include <filesystem>
 #include <iterator>

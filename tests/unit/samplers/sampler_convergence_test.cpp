@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <iostream>
-#include <memory>
 #include <span>
 #include <string>
 #include <vector>

@@ -1,7 +1,5 @@
 #include <gtest/gtest.h>
 
-#include <algorithm>
-
 #include "renderer/session/grading.h"
 #include "unit/session_fixture.h"
 

@@ -2,7 +2,6 @@
 // give `render` the same picture.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
 
 #include "renderer/film/filter.h"

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 #include <tbb/global_control.h>
 
-#include <array>
 #include <cmath>
 #include <limits>
 #include <random>

@@ -6,7 +6,6 @@
 
 #include <cmath>
 #include <functional>
-#include <string>
 
 #include "renderer/drivers/adaptive/chi_square_estimator.h"
 #include "renderer/drivers/adaptive/dammertz_estimator.h"

@@ -8,7 +8,6 @@
 #include <cmath>
 #include <limits>
 #include <utility>
-#include <vector>
 
 #include "renderer/drivers/adaptive/error_estimator.h"
 #include "unit/synthetic_pixels.h"

@@ -13,9 +13,6 @@
 #include <tbb/task_arena.h>
 
 #include <array>
-#include <bit>
-#include <cmath>
-#include <filesystem>
 #include <fstream>
 #include <iterator>
 

@@ -2,7 +2,6 @@
 // of a still.
 #include <gtest/gtest.h>
 
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "renderer/core/constants.h"

@@ -4,10 +4,8 @@
 
 #include <gtest/gtest.h>
 
-#include <array>
 #include <cmath>
 #include <complex>
-#include <vector>
 
 #include "renderer/shading/lobes/colour_matching.h"
 #include "support/chi_square.h"

@@ -1,7 +1,6 @@
 // Tests material extensions as the renderer gets them: every member, its default, and invalid
 // values.
 #include <algorithm>
-#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "io/gltf/materials/material.h"
