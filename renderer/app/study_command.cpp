@@ -66,7 +66,8 @@ StudyOptions options_of_frame(const StudyOptions& options, int number, const Own
 }
 
 // Writes what the studies of several frames say together. Returns the exit code.
-int write_range(const OwnedFolder& folder, const std::vector<FrameStudy>& studies) {
+int write_range(const OwnedFolder& folder, const std::vector<FrameStudy>& studies,
+                const std::string& command_line) {
   WriteAttempts attempts;
   const auto write = [&](const char* name, const auto& text) {
     const std::string path = folder.path(name);
@@ -74,7 +75,7 @@ int write_range(const OwnedFolder& folder, const std::vector<FrameStudy>& studie
   };
   write("range.csv", study_range_csv);
   write("range.json", study_range_json);
-  write("range.html", study_range_page);
+  write("range.html", [&](const auto& all) { return study_range_page(all, command_line); });
   for (const std::string& path : attempts.written()) log_info("wrote " + path);
   print_result(study_range_table(studies));
   return attempts.failed().empty() ? kExitDone : kExitRenderFailed;
@@ -106,7 +107,7 @@ int study_frames(const StudyOptions& options, const std::vector<int>& frames) {
     measure_flicker(*last, studies.back(), limits_of(options.frame.limits, one.folder));
   }
   if (studies.empty()) return exit_code;
-  return std::max(exit_code, write_range(folder, studies));
+  return std::max(exit_code, write_range(folder, studies, options.frame.command_line));
 }
 
 }  // namespace

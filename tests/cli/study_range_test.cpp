@@ -31,7 +31,7 @@ class StudyRange : public Study {
 
 TEST_F(StudyRange, EachFrameHasItsStudyAndTheirResultsAreJoined) {
   const RunResult result = study(range_words("s", "3,1-2"));
-  EXPECT_NE(result.out.find("medians over 3 frames"), std::string::npos) << result.out;
+  EXPECT_NE(result.out.find("Medians over 3 frames"), std::string::npos) << result.out;
   std::string joined;
   for (const std::string frame : {"1", "2", "3"}) {
     std::istringstream one(read_text(path("s/frame.000" + frame + "/study.csv")));

@@ -86,7 +86,7 @@ std::vector<std::vector<std::string>> summary_rows(std::span<const FrameStudy> s
 std::string explanation(std::span<const FrameStudy> studies) {
   const StudySettings& s = studies.front().results.settings;
   return fmt::format(
-      "medians over {} frames at {} {}, with the worst frame beside each; speedup in processor "
+      "Medians over {} frames at {} {}, with the worst frame beside each; speedup in processor "
       "time at equal relmse_trimmed, against {}",
       studies.size(), s.budgets.back(), s.by_time ? "seconds" : "samples per pixel", s.baseline);
 }
@@ -180,7 +180,7 @@ std::string study_range_table(std::span<const FrameStudy> studies) {
   return explanation(studies) + "\n\n" + aligned_table(summary_rows(studies));
 }
 
-std::string study_range_page(std::span<const FrameStudy> studies) {
+std::string study_range_page(std::span<const FrameStudy> studies, const std::string& command_line) {
   const StudySettings& settings = studies.front().results.settings;
   HtmlPage page("Speed against error: " + std::filesystem::path(settings.scene).filename().string(),
                 explanation(studies));
@@ -204,7 +204,7 @@ std::string study_range_page(std::span<const FrameStudy> studies) {
   }
   page.list(pages);
   page.section("To run this study again");
-  page.code(settings.command_line);
+  page.code(command_line);
   return page.finish();
 }
 

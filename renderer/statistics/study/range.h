@@ -37,7 +37,7 @@ std::string study_range_csv(std::span<const FrameStudy> studies);
 std::string study_range_json(std::span<const FrameStudy> studies);
 // Returns a table for the terminal.
 std::string study_range_table(std::span<const FrameStudy> studies);
-// Returns the same as a self-contained HTML page, with charts.
-std::string study_range_page(std::span<const FrameStudy> studies);
+// Returns the same as a self-contained HTML page, with charts. `command_line` repeats all studies.
+std::string study_range_page(std::span<const FrameStudy> studies, const std::string& command_line);
 
 }  // namespace emberline
