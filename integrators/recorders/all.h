@@ -8,6 +8,7 @@
 #include "integrators/recorders/light_groups.h"
 #include "integrators/recorders/occlusion.h"
 #include "integrators/recorders/path_layers.h"
+#include "integrators/recorders/specular_motion.h"
 
 namespace emberline {
 
@@ -40,9 +41,10 @@ class RecorderList : Recorders... {
   void paths_ended(const LaneList& hit) { (Recorders::paths_ended(hit), ...); }
 };
 
-// The clamp comes first, so that the other recorders record the light that remains.
+// The clamp comes first, so that the other recorders record the light that remains. The specular
+// motion comes after the first hit, whose velocity it reads.
 using AllRecorders =
-    RecorderList<ClampRecorder, FirstHitRecorder, LightGroupRecorder, PathLayerRecorder,
-                 FeatureRecorder, CatcherRecorder, OcclusionRecorder>;
+    RecorderList<ClampRecorder, FirstHitRecorder, SpecularMotionRecorder, LightGroupRecorder,
+                 PathLayerRecorder, FeatureRecorder, CatcherRecorder, OcclusionRecorder>;
 
 }  // namespace emberline

@@ -270,6 +270,10 @@ constexpr ChannelRow kRows[] = {
      .error = ErrorScale::kAbsolute,
      .add = add_first_hit<&FirstHit::ambient_visibility>,
      .background = 1.0f},
+    of_first_hit<&FirstHit::specular_velocity>(
+        "specular_velocity", kXy, Kind::kMeanOfHits, Use::kNumber, SumGroup::kNone,
+        "pixels per frame",
+        "motion of what flat mirrors and thin glass show, minus velocity; 0 elsewhere"),
     // These rows are not in film_channels(); in a picture, their channels follow those of the film.
     // The channels of the first two rows depend on the scene's light groups and on `cryptomatte`.
     {.name = "light",

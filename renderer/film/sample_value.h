@@ -25,6 +25,8 @@ struct FirstHit {
   uint32_t material = 0;            // 1 + material index
   // In pixels per frame, to the right and up; finite. The background's velocity if nothing was hit.
   Vec2f velocity = Vec2f(0.0f);
+  // The motion of what is seen in mirrors and through glass, minus `velocity`; finite.
+  Vec2f specular_velocity = Vec2f(0.0f);
 };
 inline bool is_finite(const FirstHit& hit) {
   return !hit.hit ||

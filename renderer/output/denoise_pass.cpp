@@ -37,6 +37,7 @@ constexpr std::array kChannels = {"R", "G", "B"};
 constexpr std::array kColour = {".R", ".G", ".B"};
 constexpr const char* kLightLayer = "light.";
 const std::array<std::string, 2> kVelocity = {"velocity.X", "velocity.Y"};
+const std::array<std::string, 2> kSpecularVelocity = {"specular_velocity.X", "specular_velocity.Y"};
 
 // A feature, and how much it may differ in a neighbouring frame's pixel that shows the same
 // surface.
@@ -134,7 +135,13 @@ class PlaneWindow {
   }
   size_t index_of(int x, int row) const { return size_t(row - begin_) * width_ + size_t(x); }
   VelocityRows velocity() const {
-    return {int(width_), crop_.height(), begin_, plane(kVelocity[0]), plane(kVelocity[1])};
+    VelocityRows rows = {int(width_), crop_.height(), begin_, plane(kVelocity[0]),
+                         plane(kVelocity[1])};
+    if (has(source_.channels, kSpecularVelocity[0])) {
+      rows.specular_right = plane(kSpecularVelocity[0]);
+      rows.specular_up = plane(kSpecularVelocity[1]);
+    }
+    return rows;
   }
 
  private:
@@ -391,6 +398,9 @@ std::vector<std::string> missing_denoise_channels(Names channels) {
 
 std::vector<std::string> neighbour_channels(Names channels) {
   std::vector<std::string> names(kVelocity.begin(), kVelocity.end());
+  if (has(channels, kSpecularVelocity[0])) {
+    names.insert(names.end(), kSpecularVelocity.begin(), kSpecularVelocity.end());
+  }
   for (const char* half : kHalfNames) {
     const std::string begin = std::string(half) + ".";
     const auto add_colour = [&](const std::string& layer) {

@@ -29,11 +29,12 @@ Position motion_at(const VelocityRows& rows, const Position& p) {
   const int right = fx > 0 ? x + 1 : x, below = fy > 0 ? y + 1 : y;
   const size_t a = pixel(x, y), b = pixel(right, y), c = pixel(x, below), d = pixel(right, below);
   const auto mix = [&](std::span<const float> values) {
+    if (values.empty()) return 0.0f;
     const float upper = (1 - fx) * values[a] + fx * values[b];
     const float lower = (1 - fx) * values[c] + fx * values[d];
     return (1 - fy) * upper + fy * lower;
   };
-  return {mix(rows.right), -mix(rows.up)};
+  return {mix(rows.right) + mix(rows.specular_right), -(mix(rows.up) + mix(rows.specular_up))};
 }
 
 }  // namespace

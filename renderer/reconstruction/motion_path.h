@@ -7,11 +7,12 @@
 namespace emberline {
 
 // The layer `velocity` of some rows of a frame: the motion of each pixel, in pixels per frame to
-// the right and up.
+// the right and up. To this, the layer `specular_velocity` is added, if there is one.
 struct VelocityRows {
   int width = 0, frame_height = 0;
   int y0 = 0;  // the first row
   std::span<const float> right, up;
+  std::span<const float> specular_right = {}, specular_up = {};
 };
 
 // For each pixel of some rows of a frame, the position of the surface point that the pixel shows,

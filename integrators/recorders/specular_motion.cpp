@@ -1,0 +1,77 @@
+#include "integrators/recorders/specular_motion.h"
+
+#include <array>
+
+#include "renderer/film/channels.h"
+#include "renderer/scene/camera.h"
+
+namespace emberline {
+namespace {
+
+// A mirror is flat if its shading normal is the geometric normal, up to rounding. On a smooth
+// sphere of 100,000 triangles, fewer than one point in 1,000 is mistaken for a flat mirror.
+constexpr float kFlatCosine = 1.0f - 1e-6f;
+
+// The reflection about the plane of a triangle. If the triangle has no area, the matrix has NaNs.
+Mat44d reflection(const std::array<Vec3d, 3>& corners) {
+  const Vec3d n = (corners[1] - corners[0]).cross(corners[2] - corners[0]).normalized();
+  Mat44d m;
+  for (int i = 0; i < 3; ++i) {
+    for (int j = 0; j < 3; ++j) m[i][j] -= 2 * n[i] * n[j];
+    m[3][i] = 2 * corners[0].dot(n) * n[i];
+  }
+  return m;
+}
+
+}  // namespace
+
+bool SpecularMotionRecorder::is_enabled(const SampleBatch& batch) {
+  static const Aov aov = find_named(aov_table(), "`aov`", "channel", "specular_velocity").value;
+  return batch.aovs && batch.velocity_frames != 0.0 && batch.aovs->contains(aov);
+}
+
+void SpecularMotionRecorder::record_surface(int lane) {
+  State& state = states_[lane];
+  if (!b_.points[lane].surface.material->unlit() && !b_.bsdfs[lane].has_non_delta()) return;
+  state.is_specular = false;
+  if (b_.depth == 0) return;
+  const Scene::Motion motion = b_.scene.motion_of(b_.paths[lane].hit);
+  const Vec3d from = motion.from * state.from, to = motion.to * state.to;
+  record(lane, b_.batch.camera.velocity(from, to, b_.batch.velocity_frames));
+}
+
+// The background is infinitely far away, so only rotations move it.
+void SpecularMotionRecorder::record_background(int lane) {
+  State& state = states_[lane];
+  state.is_specular = false;
+  Vec3d direction;
+  state.from.multDirMatrix(to_double(b_.paths[lane].ray.direction), direction);
+  record(lane, b_.batch.camera.velocity(direction, b_.batch.velocity_frames));
+}
+
+void SpecularMotionRecorder::follow(int lane, const BsdfSample& next) {
+  State& state = states_[lane];
+  const ShadedPoint& point = b_.points[lane];
+  if (next.delta && next.transmitted && point.material.bsdf.thin_walled) return;
+  const float cosine = dot(point.surface.geometric_normal, point.frame.shading.normal);
+  state.is_specular = next.delta && !next.transmitted && std::abs(cosine) > kFlatCosine;
+  if (!state.is_specular) return;
+  std::array<Vec3d, 3> from, to;
+  for (size_t corner = 0; corner < 3; ++corner) {
+    SurfaceHit hit = b_.paths[lane].hit;
+    hit.u = corner == 1 ? 1.0f : 0.0f;
+    hit.v = corner == 2 ? 1.0f : 0.0f;
+    const Scene::Motion motion = b_.scene.motion_of(hit);
+    from[corner] = motion.from;
+    to[corner] = motion.to;
+  }
+  state.from = reflection(from) * state.from;
+  state.to = reflection(to) * state.to;
+}
+
+void SpecularMotionRecorder::record(int lane, const Vec2f& seen) {
+  FirstHit& hit = b_.values[size_t(lane)].first_hit;
+  hit.specular_velocity = {seen.x - hit.velocity.x, seen.y - hit.velocity.y};
+}
+
+}  // namespace emberline
