@@ -26,8 +26,7 @@ Mat44d reflection(const std::array<Vec3d, 3>& corners) {
 }  // namespace
 
 bool SpecularMotionRecorder::is_enabled(const SampleBatch& batch) {
-  static const Aov aov = find_named(aov_table(), "`aov`", "channel", "specular_velocity").value;
-  return batch.aovs && batch.velocity_frames != 0.0 && batch.aovs->contains(aov);
+  return batch.aovs && batch.aovs->contains(Aov::kSpecularVelocity);
 }
 
 void SpecularMotionRecorder::record_surface(int lane) {

@@ -45,7 +45,7 @@ float single_frame_threshold(float threshold, int across) {
 // are rendered.
 RenderOptions undenoised(RenderOptions options) {
   options.denoise = false;
-  options.aovs += std::string(options.aovs.empty() ? "" : ",") + "denoising,velocity,specular_velocity";
+  options.aovs += std::string(options.aovs.empty() ? "" : ",") + "denoising,specular_velocity";
   // Some of the channels that `judge` names are not denoised.
   if (options.noise_threshold && options.judge.empty()) {
     options.noise_threshold = single_frame_threshold(*options.noise_threshold, options.across);

@@ -237,6 +237,10 @@ constexpr ChannelRow kRows[] = {
      .use = Use::kWhole,
      .summary = "rays traced for the pixel: camera rays, rays that continue paths, and shadow rays",
      .count = count_rays},
+    of_first_hit<&FirstHit::specular_velocity>("specular_velocity", kXy, Kind::kMeanOfHits,
+                                               Use::kNumber, SumGroup::kNone, "pixels per frame",
+                                               "motion of what flat mirrors and thin glass show, "
+                                               "minus velocity, which it adds; 0 elsewhere"),
     of_first_hit<&FirstHit::geometric_normal>(
         "Ng", kXyz, Kind::kMean, Use::kNumber, SumGroup::kNone, "",
         "geometric normal of the first surface, world axes, on the camera's side"),
@@ -270,10 +274,6 @@ constexpr ChannelRow kRows[] = {
      .error = ErrorScale::kAbsolute,
      .add = add_first_hit<&FirstHit::ambient_visibility>,
      .background = 1.0f},
-    of_first_hit<&FirstHit::specular_velocity>(
-        "specular_velocity", kXy, Kind::kMeanOfHits, Use::kNumber, SumGroup::kNone,
-        "pixels per frame",
-        "motion of what flat mirrors and thin glass show, minus velocity; 0 elsewhere"),
     // These rows are not in film_channels(); in a picture, their channels follow those of the film.
     // The channels of the first two rows depend on the scene's light groups and on `cryptomatte`.
     {.name = "light",
@@ -305,7 +305,8 @@ constexpr bool is_named(Aov aov, std::string_view name) { return kRows[size_t(ao
 static_assert(is_named(Aov::kVariance, "variance") && is_named(Aov::kVelocity, "velocity") &&
               is_named(Aov::kDirect, "direct") && is_named(Aov::kEnvironment, "environment") &&
               is_named(Aov::kShadow, "shadow") && is_named(Aov::kPart, "part") &&
-              is_named(Aov::kRays, "rays"));
+              is_named(Aov::kRays, "rays") &&
+              is_named(Aov::kSpecularVelocity, "specular_velocity"));
 static_assert(std::size(kRows) <= AovSet::kMaxAovs);
 
 // Returns a name such as "albedo.R", but plain "R" for the picture.
@@ -392,6 +393,7 @@ AovSet AovSet::parse(std::string_view list) {
   for (const std::string_view name : split_list(names)) {
     set.insert(find_named(aov_table(), "`aov`", "channel", name).value);
   }
+  if (set.contains(Aov::kSpecularVelocity)) set.insert(Aov::kVelocity);
   return set;
 }
 

@@ -41,6 +41,7 @@ enum class Aov : uint8_t {
   kNonFinite,
   kPart,
   kRays,
+  kSpecularVelocity,
 };
 
 // How a pixel's value follows from the pixel's samples.

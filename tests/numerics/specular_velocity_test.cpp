@@ -3,15 +3,15 @@
 #include <gtest/gtest.h>
 
 #include "support/glass_scenes.h"
-#include "support/moving_scenes.h"
 #include "support/render.h"
+#include "support/scenes.h"
 
 namespace emberline {
 namespace {
 
 using namespace test;
 
-constexpr int kFrame = 24;
+constexpr int kSide = 24;
 
 // A square of side 2 `half` around the origin in the plane z = 0.
 MeshDescription square_mesh(int material, float half, bool tilted_normals = false) {
@@ -26,7 +26,7 @@ MeshDescription square_mesh(int material, float half, bool tilted_normals = fals
 }
 
 // Squares at an instant and one frame later.
-struct MovingScene {
+struct MovingSquares {
   SceneBuilderForTests builder;
 
   void add(const MaterialDescription& material, float half, const Mat44d& from, const Mat44d& to,
@@ -41,7 +41,7 @@ struct MovingScene {
   }
   RenderedImage seen(const CameraDescription& view) {
     RenderSettings s;
-    s.width = s.height = kFrame;
+    s.width = s.height = kSide;
     s.spp = 16;
     s.aovs = "velocity,specular_velocity";
     return render(*builder.build(), view, s);
@@ -53,9 +53,9 @@ Vec3d mean_of(const RenderedImage& image, bool first, bool specular) {
   Vec3d sum(0.0);
   const auto add = [&](const char* channel, int component) {
     const auto at = std::ranges::find(image.channels, channel) - image.channels.begin();
-    for (int y = kFrame / 3; y < 2 * kFrame / 3; ++y) {
-      for (int x = kFrame / 3; x < 2 * kFrame / 3; ++x) {
-        sum[component] += double(image.pixel(x, y)[at]) / (kFrame * kFrame / 9);
+    for (int y = kSide / 3; y < 2 * kSide / 3; ++y) {
+      for (int x = kSide / 3; x < 2 * kSide / 3; ++x) {
+        sum[component] += double(image.pixel(x, y)[at]) / (kSide * kSide / 9);
       }
     }
   };
@@ -70,27 +70,29 @@ void expect_near(const Vec3d& found, const Vec3d& exact, const std::string& what
       << what << ": " << found.x << ", " << found.y << " instead of " << exact.x << ", " << exact.y;
 }
 
+Mat44d turned_about(const Vec3d& axis, double angle) { return Mat44d().setAxisAngle(axis, angle); }
+
 // The reflection about the plane that `mirror` makes of the plane z = 0.
 Mat44d image_in(const Mat44d& mirror) { return mirror.inverse() * scaling(1, 1, -1) * mirror; }
 
 // The image of a moving lamp in a moving mirror.
 TEST(SpecularVelocity, IsThatOfTheMirrorImage) {
   const CameraDescription view = perspective({0, 0, 5}, {0, 0, 0}, 12);
-  const Mat44d lamp = translation(0, 0, 8), rest;
+  const Mat44d lamp = translation(0, 0, 8), tilted = turned_about(Vec3d(0, 1, 0), .17);
   struct Case {
     const char* what;
     Mat44d lamp_to, mirror_to;
   } const cases[] = {
-      {"lamp moves", translation(.2, -.1, 7.5), rest},
-      {"mirror moves", lamp, translation(.3, 0, .1)},
-      {"mirror turns", lamp, Mat44d().setAxisAngle(Vec3d(0, 1, 0), 0.01)},
-      {"both", translation(-.1, .1, 8.5), Mat44d().setAxisAngle(Vec3d(1, 0, 0), 0.02)},
+      {"lamp moves", translation(.2, -.1, 7.5), tilted},
+      {"mirror moves", lamp, tilted * translation(.3, 0, .1)},
+      {"mirror turns", lamp, turned_about(Vec3d(0, 1, 0), 0.01) * tilted},
+      {"both", translation(-.1, .1, 8.5), turned_about(Vec3d(1, 0, 0), 0.02) * tilted},
   };
   for (const Case& c : cases) {
-    MovingScene reflected, direct;
-    reflected.add(metal(Rgb(1.0f), 0), 3, rest, c.mirror_to);
+    MovingSquares reflected, direct;
+    reflected.add(metal(Rgb(1.0f), 0), 3, tilted, c.mirror_to);
     reflected.add(emitter(Rgb(1.0f)), 9, lamp, c.lamp_to);
-    direct.add(emitter(Rgb(1.0f)), 9, lamp * image_in(rest), c.lamp_to * image_in(c.mirror_to));
+    direct.add(emitter(Rgb(1.0f)), 9, lamp * image_in(tilted), c.lamp_to * image_in(c.mirror_to));
     expect_near(mean_of(reflected.seen(view), true, true), mean_of(direct.seen(view), true, false),
                 c.what);
   }
@@ -102,10 +104,10 @@ TEST(SpecularVelocity, OfTwoMirrorsAndABackground) {
   view.next_frame = view.to_world * translation(.05, .02, -.1);
   // The first mirror is tilted, and the second is above the camera. Between them they show a lamp
   // beside the first mirror.
-  const Mat44d rest, tilted = Mat44d().setAxisAngle(Vec3d(0, 1, 0), .35),
-                     above = translation(0, 0, 7), lamp = translation(12, 0, -1),
+  const Mat44d rest, tilted = turned_about(Vec3d(0, 1, 0), .35), above = translation(0, 0, 7),
+                     lamp = translation(12, 0, -1),
                      lamp_image = lamp * image_in(above) * image_in(tilted);
-  MovingScene reflected, direct;
+  MovingSquares reflected, direct;
   reflected.add(metal(Rgb(1.0f), 0), 1, tilted, tilted);
   reflected.add(metal(Rgb(1.0f), 0), 9, above, above);
   reflected.add(emitter(Rgb(1.0f)), 6, lamp, lamp);
@@ -115,9 +117,9 @@ TEST(SpecularVelocity, OfTwoMirrorsAndABackground) {
 
   // A mirror shows the sky, which moves only if the camera turns.
   CameraDescription turning = perspective({0, 0, 5}, {0, 0, 0}, 12);
-  turning.next_frame = Mat44d().setAxisAngle(Vec3d(0, 0, 1), .01) *
-                       Mat44d().setAxisAngle(Vec3d(0, 1, 0), .004) * turning.to_world;
-  MovingScene mirror, nothing;
+  turning.next_frame =
+      turned_about(Vec3d(0, 0, 1), .01) * turned_about(Vec3d(0, 1, 0), .004) * turning.to_world;
+  MovingSquares mirror, nothing;
   mirror.add(metal(Rgb(1.0f), 0), 9, rest, rest);
   nothing.add(emitter(Rgb(1.0f)), .001f, translation(50, 0, 0), translation(50, 0, 0));
   expect_near(mean_of(mirror.seen(turning), true, true),
@@ -129,7 +131,7 @@ TEST(SpecularVelocity, BehindAPane) {
   const Mat44d rest, lamp = translation(0, 0, -3), lamp_to = translation(.2, .1, -3.5);
   // It reflects nothing, so all paths go through.
   MaterialDescription pane = glass(1.0f, 0.0f, false);
-  MovingScene behind, alone;
+  MovingSquares behind, alone;
   behind.add(pane, 3, rest, translation(-.3, 0, 0));
   behind.add(emitter(Rgb(1.0f)), 9, lamp, lamp_to);
   alone.add(emitter(Rgb(1.0f)), 9, lamp, lamp_to);
@@ -143,10 +145,10 @@ TEST(SpecularVelocity, IsZeroElsewhere) {
   const Mat44d rest, lamp = translation(0, 0, 8), lamp_to = translation(.2, .1, 8);
   const std::pair<MaterialDescription, bool> rows[] = {{metal(Rgb(1.0f), 0), true},      // curved
                                                        {metal(Rgb(1.0f), 0.3f), false},  // rough
-                                                       {lambert(Rgb(0.5f)), false},
-                                                       {glass(1.5f, 0.0f), false}};
+                                                       {lambert(Rgb(0.5f)), false}};
   for (const auto& [material, tilted_normals] : rows) {
-    MovingScene scene;
+    SCOPED_TRACE(material.roughness);
+    MovingSquares scene;
     scene.add(material, 3, rest, translation(.1, 0, 0), tilted_normals);
     scene.add(emitter(Rgb(1.0f)), 9, lamp, lamp_to);
     const RenderedImage image = scene.seen(view);

@@ -351,10 +351,11 @@ TEST(Velocity, LeavesThePictureItsBits) {
     CameraDescription moved = view;
     moved.next_frame = view.to_world * translation(0, .1, 0);
     const RenderedImage with = render(*b.build(), moved, s);
-    if (aov.value == Aov::kVelocity || aov.value == Aov::kTime) continue;
+    if (aov.value == Aov::kTime) continue;
     for (int y = 0; y < kFrame; ++y) {
       for (int x = 0; x < kFrame; ++x) {
         for (size_t c = 0; c < without.channels.size(); ++c) {
+          if (without.channels[c].find("velocity") != std::string::npos) continue;
           const auto same = std::ranges::find(with.channels, without.channels[c]);
           ASSERT_EQ(with.pixel(x, y)[same - with.channels.begin()], without.pixel(x, y)[c])
               << without.channels[c] << " beside " << aov.name;
