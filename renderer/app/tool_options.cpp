@@ -370,7 +370,8 @@ void add_denoise_options(CLI::App* app, DenoiseOptions& o) {
              {.section = H::kOutput,
               .brief = "use the samples of the N frames before and after each frame",
               .full = std::string(kAcrossText) +
-                      " This needs a sequence of frames with --aov denoising,velocity.",
+                      " This needs a sequence of frames with --aov denoising,velocity, or better "
+                      "denoising,specular_velocity.",
               .example = "shot.####.exr --across 2 -o clean.####.exr"});
   add_frames(app, o.frames, "Denoise", " The other files still serve as neighbours.");
   add_display_options(app, o.display);
