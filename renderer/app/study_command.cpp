@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <utility>
 
 #include "io/files/atomic_file.h"
 #include "io/files/input_file.h"
@@ -56,11 +57,13 @@ int study_single_frame(const StudyOptions& options) {
   return exit_code_of(outcome);
 }
 
+std::string folder_of_frame(int number) { return expand_frame_number("frame.####", number); }
+
 StudyOptions options_of_frame(const StudyOptions& options, int number, const OwnedFolder& folder) {
   StudyOptions one = options;
   one.frame = options_of_frame(options.frame, number);
   one.reference = expand_frame_number(options.reference, number);
-  one.folder = folder.path(expand_frame_number("frame.####", number));
+  one.folder = folder.path(folder_of_frame(number));
   one.motion = true;
   return one;
 }
@@ -90,7 +93,9 @@ void check_references(const StudyOptions& options, const std::vector<int>& frame
 // Studies the frames one after another, each in a folder of its own.
 int study_frames(const StudyOptions& options, const std::vector<int>& frames) {
   check_references(options, frames);
-  OwnedFolder folder(options.folder, {"-o", "emberline-study-range.json", {}, true});
+  OwnedFolderKind kind = {"-o", "emberline-study-range.json", {}, true};
+  for (const int number : frames) kind.subfolders.push_back(folder_of_frame(number));
+  OwnedFolder folder(options.folder, std::move(kind));
   folder.claim(std::vector<std::string>{"range.csv", "range.json", "range.html"});
   std::vector<FrameStudy> studies;
   int exit_code = kExitDone;

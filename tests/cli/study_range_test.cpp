@@ -121,6 +121,11 @@ TEST_F(StudyRange, WrongRanges) {
   EXPECT_FALSE(exists("s"));
   write("foreign/range.csv", "irreplaceable");
   expect_failure(range_words("foreign", "1"), 2, {path("foreign"), "emberline-study-range.json"});
+  // The folder may come from someone else, and a link could lead anywhere.
+  study(range_words("linked", "1"));
+  std::filesystem::create_directory(path("elsewhere"));
+  std::filesystem::create_symlink(path("elsewhere"), path("linked/frame.0002"));
+  expect_failure(range_words("linked", "1-2"), 2, {path("linked/frame.0002"), "symbolic link"});
   // A range does not go into the folder of a single study, nor the other way round.
   study(study_words("one", {"--drivers", "bucket"}));
   expect_failure(range_words("one", "1"), 2, {path("one")});
