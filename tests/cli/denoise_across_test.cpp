@@ -14,7 +14,7 @@ namespace fs = std::filesystem;
 
 class DenoiseAcross : public CommandTest {
  protected:
-  static constexpr const char* kLayers = "denoising,velocity";
+  static constexpr const char* kLayers = "denoising,specular_velocity";
 
   void SetUp() override { render_frames({"--frames", "1-5", "--aov", kLayers}, "shot.####.exr"); }
 
