@@ -275,9 +275,9 @@ TEST_F(DenoiseAcross, RejectsWhatCannotWork) {
 
 // A neighbour that needs too much memory is not left out, since the result would be another.
 TEST_F(DenoiseAcross, NeighboursCountAgainstTheMemoryLimit) {
-  const Words limited = {"--frames", "3", "--memory-limit", "4M"};
+  const Words limited = {"--frames", "3", "--memory-limit", "4300K"};
   denoise_to("a", limited);
-  for (const char* limit : {"4M", "3M"}) {
+  for (const char* limit : {"4300K", "3M"}) {
     expect_failure(Words{"denoise", path("shot.####.exr"), "--across", "2", "--frames", "3",
                          "--memory-limit", limit, "-o", path("b.####.exr")},
                    3, {"shot.000", "--memory-limit"});
