@@ -76,12 +76,13 @@ void add_job_options(CLI::App* app, FarmOptions& o) {
                     "and T.",
             .fallback = "the partition's default",
             .example = "--memory 16G"});
-  add_number(app, "--minutes", o.request.minutes, 2, 10000000,
-             {.section = H::kJobs,
-              .brief = "time limit of each job in minutes",
-              .full = "Limit the time of each job to this many minutes. One minute before the limit, "
-                      "each job saves its work, and `emberline farm retry` continues it.",
-              .fallback = "the partition's default"});
+  add_number(
+      app, "--minutes", o.request.minutes, 2, 10000000,
+      {.section = H::kJobs,
+       .brief = "time limit of each job in minutes",
+       .full = "Limit the time of each job to this many minutes. One minute before the limit, "
+               "a part or the plan saves its work, and `emberline farm retry` continues it.",
+       .fallback = "the partition's default"});
   add_flag(
       app, "--print", o.print,
       {.section = H::kJobs,
