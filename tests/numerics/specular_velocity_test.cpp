@@ -1,5 +1,5 @@
-// Tests the channel specular_velocity. What a flat mirror shows must move like its mirror image,
-// and what is behind a pane must move as without the pane.
+// Tests the channel specular_velocity against scenes without mirrors and panes: mirror images are
+// replaced by objects, and panes are left out.
 #include <gtest/gtest.h>
 
 #include "support/glass_scenes.h"

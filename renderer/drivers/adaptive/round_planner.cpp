@@ -43,7 +43,7 @@ constexpr float kNoiselessFraction = 1e-6f;
 // Estimators with halves (EstimatorEntry) take the pilot in rounds: the first update comes at this
 // many samples, and then one at every doubling.
 constexpr uint32_t kFirstHalf = 8;
-// The same for frames with a time budget.
+// With a time budget, the first update comes at this many samples.
 constexpr uint32_t kFirstOpenRound = 2;
 
 // Without a threshold, the pilot is an eighth of the budget in whole blocks: 8 or 16 samples. A
