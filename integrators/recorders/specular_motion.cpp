@@ -8,8 +8,8 @@
 namespace emberline {
 namespace {
 
-// A mirror is flat if its shading normal is the geometric normal, up to rounding. On a smooth
-// sphere of 100,000 triangles, fewer than one point in 1,000 is mistaken for a flat mirror.
+// A mirror is flat if the shading normal at the point is that of the triangle's corners, up to
+// rounding.
 constexpr float kFlatCosine = 1.0f - 1e-6f;
 
 // The reflection about the plane of a triangle. If the triangle has no area, the matrix has NaNs.
@@ -52,18 +52,21 @@ void SpecularMotionRecorder::follow(int lane, const BsdfSample& next) {
   State& state = states_[lane];
   const ShadedPoint& point = b_.points[lane];
   if (next.delta && next.transmitted && point.material.bsdf.thin_walled) return;
-  const float cosine = dot(point.surface.geometric_normal, point.frame.shading.normal);
-  state.is_specular = next.delta && !next.transmitted && std::abs(cosine) > kFlatCosine;
-  if (!state.is_specular) return;
+  state.is_specular = next.delta && !next.transmitted;
   std::array<Vec3d, 3> from, to;
-  for (size_t corner = 0; corner < 3; ++corner) {
+  for (size_t corner = 0; corner < 3 && state.is_specular; ++corner) {
     SurfaceHit hit = b_.paths[lane].hit;
     hit.u = corner == 1 ? 1.0f : 0.0f;
     hit.v = corner == 2 ? 1.0f : 0.0f;
+    SurfaceInteraction surface;
+    b_.scene.interaction(hit, b_.paths[lane].ray.time, &surface);
+    const float cosine = dot(surface.shading_normal, point.frame.shading.normal);
+    state.is_specular = std::abs(cosine) > kFlatCosine;
     const Scene::Motion motion = b_.scene.motion_of(hit);
     from[corner] = motion.from;
     to[corner] = motion.to;
   }
+  if (!state.is_specular) return;
   state.from = reflection(from) * state.from;
   state.to = reflection(to) * state.to;
 }

@@ -3,9 +3,7 @@
 //
 //   settings.json   the frame's settings, for `render --settings`
 //   part.sh         renders a part; merge.sh merges the parts
-//   plan.sh         for an adaptive frame: makes frame.plan, which the parts need; it continues
-//   from
-//                   frame.plan.checkpoint
+//   plan.sh         for an adaptive frame: makes frame.plan, which the parts need
 //   job.json        the submitted jobs: FarmRecord
 //   progress/       part-K.json and plan.json, as written by --progress-file
 //   logs/           part-K.log, plan.log, merge.log
