@@ -1,11 +1,12 @@
-// Integrators that show the first surface, for debugging a scene: `normal`, `uv`, `albedo`, `depth`
-// and `material_id`. Values are linear. If a camera ray hits nothing, its sample is black with
-// alpha 0.
+// Integrators that show the first surface, for debugging a scene: `normal`, `uv`, `albedo`,
+// `depth`, `material_id` and `guide`. Values are linear. If a camera ray hits nothing, its sample
+// is black with alpha 0.
 #include <cmath>
 
 #include "integrators/integrator_kinds.h"
 #include "integrators/path_media.h"
 #include "renderer/scene/camera.h"
+#include "renderer/scene/indirect_guide.h"
 #include "samplers/pixel_samples.h"
 
 namespace emberline {
@@ -20,6 +21,18 @@ Rgb material_color(uint32_t index) {
   const uint32_t h = hash_combine(0x9e37u, index);
   return {0.15f + 0.85f * float(h & 255) / 255.0f, 0.15f + 0.85f * float((h >> 8) & 255) / 255.0f,
           0.15f + 0.85f * float((h >> 16) & 255) / 255.0f};
+}
+
+// The direction from which the guide expects most light, as a colour like that of a normal. Grey:
+// the surface has no guide.
+Rgb guide_color(const SampleBatch& batch, const ShadedPoint& point) {
+  const ShadingFrame& frame = point.frame.shading;
+  const GuideCell* const cell =
+      batch.indirect_guide && point.bsdf().can_be_guided()
+          ? batch.indirect_guide->find(point.surface.position, frame.normal)
+          : nullptr;
+  if (!cell) return Rgb(0.1f);
+  return (frame.to_world(cell->directions.main_direction()) + Vec3f(1.0f)) * 0.5f;
 }
 
 Rgb view_color(DebugView view, const SampleBatch& batch, const ShadedPoint& point, float time) {
@@ -37,6 +50,8 @@ Rgb view_color(DebugView view, const SampleBatch& batch, const ShadedPoint& poin
                        batch.scene.scale()));
     case DebugView::kMaterialId:
       return material_color(point.surface.material_index);
+    case DebugView::kGuide:
+      return guide_color(batch, point);
   }
   return Rgb(0.0f);
 }

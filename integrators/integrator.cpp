@@ -18,7 +18,7 @@ std::unique_ptr<Integrator> create_direct(const IntegratorSettings& settings) {
 }
 
 constexpr IntegratorEntry kIntegrators[] = {
-    {"path", "full path tracing, up to `max-depth`", create_path, false, true},
+    {"path", "full path tracing, up to `max-depth`", create_path, false, true, true},
     {"direct", "direct light only; the same as path with `max-depth` 1", create_direct, false,
      true},
     {"ambient_occlusion", "ambient occlusion, without lights and materials",
@@ -28,6 +28,9 @@ constexpr IntegratorEntry kIntegrators[] = {
     {"albedo", "directional albedo", create_view<DebugView::kAlbedo>},
     {"depth", "depth along the viewing axis", create_view<DebugView::kDepth>},
     {"material_id", "a colour per material", create_view<DebugView::kMaterialId>},
+    {"guide",
+     "the direction from which guided paths expect light, as a colour; grey without a guide",
+     create_view<DebugView::kGuide>, false, false, true},
 };
 
 }  // namespace

@@ -15,6 +15,7 @@ namespace emberline {
 class AovSet;            // renderer/film
 class Camera;            // renderer/scene
 class ClampedLight;      // renderer/film
+class IndirectGuide;     // renderer/scene
 class Interior;          // renderer/scene
 class LightGroups;       // renderer/scene
 class LightGroupValues;  // renderer/film
@@ -23,6 +24,7 @@ class PathLayers;        // renderer/film
 class PixelSamples;      // samplers
 class Scene;             // renderer/scene
 class SurfaceRoles;      // renderer/scene
+struct SurveyPaths;      // integrators/indirect_survey.cpp
 
 struct IntegratorSettings {
   // Maximum number of scattering events; 1 means direct light only. Going straight through a smooth
@@ -83,6 +85,10 @@ struct SampleBatch {
   LightGroupValues* layer_values = nullptr;
   // Guides light samples; null if there is no guide.
   const LightGuide* guide = nullptr;
+  // Guides paths to indirect light; null if there is no guide.
+  const IndirectGuide* indirect_guide = nullptr;
+  // Output of the paths' vertices for the survey that makes such a guide; null if not recorded.
+  SurveyPaths* survey = nullptr;
   // Output of denoiser features, with one entry per ray. The caller must set each entry to its
   // default value. An empty span means that features are not recorded.
   std::span<DenoiserFeatures> features = {};
@@ -120,6 +126,7 @@ struct IntegratorEntry {
   std::unique_ptr<Integrator> (*create)(const IntegratorSettings&);
   bool shows_uv = false;               // shows texture coordinates even if no material reads them
   bool supports_light_groups = false;  // fills SampleBatch::light_values, layer_values, features
+  bool uses_indirect_guide = false;    // reads SampleBatch::indirect_guide
 };
 std::span<const IntegratorEntry> integrator_table();
 

@@ -14,6 +14,7 @@ enum class DebugView {
   kAlbedo,      // directional albedo
   kDepth,       // depth along the viewing axis in scene units, as grey
   kMaterialId,  // a colour per material
+  kGuide,       // the direction of most indirect light, coloured like kNormal; grey: no guide
 };
 std::unique_ptr<Integrator> create_debug(DebugView view);
 

@@ -24,6 +24,8 @@ inline Bounces after_bounce(Bounces before, bool delta) {
   return Bounces::kMore;
 }
 
+struct GuideCell;  // renderer/scene/indirect_guide.h
+
 // Describes a vertex of a path, and how the ray that leaves it was sampled. If the ray finds
 // emission, this data gives the MIS weight of the emission.
 struct LastVertex {
@@ -42,6 +44,11 @@ struct Path {
   // is the probability that the ray is traced and the path is then scattered at the surface that
   // the ray hits.
   float survival = 1.0f, ray_survival = 1.0f;
+  // The guide's cell at the current surface; null if paths are not guided here.
+  const GuideCell* cell = nullptr;
+  // Luminance that the guide expects at the first surface with a cell, times the throughput there;
+  // -1 until then.
+  float expected = -1.0f;
   // Scattering events so far. Going straight through a smooth thin wall is not counted. Light
   // samples also pass through such walls, so this rule gives light samples and scattered rays the
   // same depth limit.

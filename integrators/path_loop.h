@@ -13,6 +13,7 @@
 #include "integrators/path_batch.h"
 #include "integrators/path_media.h"
 #include "integrators/sampled_light.h"
+#include "renderer/scene/indirect_guide.h"
 
 namespace emberline {
 
@@ -30,6 +31,7 @@ class PathLoop : private PathBatch {
     for (; !alive.empty(); ++depth) {
       find_surfaces();
       shade();
+      if (batch.indirect_guide) guide_paths();
       add_emission();
       if (sample_lights_) sample_lights();
       alive.filter([this](int lane) { return scatter(lane); });
@@ -53,6 +55,13 @@ class PathLoop : private PathBatch {
   // ray hits. Both scales are our choice; measurements are in tests/bench/results.
   static constexpr float kRouletteScale = 1.5f;
   static constexpr float kRayRouletteScale = 4.0f;
+  // With a guide, the expected light is known. A path that is expected to add the fraction f of its
+  // pixel's light continues with probability kLightRouletteScale f, and at least with probability
+  // kGuidedRouletteScale sqrt(t). (The optimum is in proportion to f if relative variance and cost
+  // are the same everywhere; Rath et al. 2022, "EARS: Efficiency-Aware Russian Roulette and
+  // Splitting".)
+  static constexpr float kLightRouletteScale = 3.0f;
+  static constexpr float kGuidedRouletteScale = 0.7f;
   // Limits the probability of ending a path to 95 %, so that a survivor's weight grows by a factor
   // of at most 20.
   static constexpr float kMinSurvival = 0.05f;
@@ -158,6 +167,24 @@ class PathLoop : private PathBatch {
     }
     for (const int lane : alive) {
       bsdfs.emplace_result(lane, [&] { return points[lane].bsdf(); });
+    }
+  }
+
+  void guide_paths() {
+    for (const int lane : alive) {
+      Path& path = paths[lane];
+      SurfaceBsdf& bsdf = bsdfs[lane];
+      path.cell = nullptr;
+      if (!bsdf.can_be_guided()) continue;
+      const ShadedPoint& point = points[lane];
+      path.cell = batch.indirect_guide->find(point.surface.position, point.frame.shading.normal);
+      if (!path.cell) continue;
+      bsdf.set_guide(&path.cell->directions);
+      if (path.expected < 0.0f) {
+        path.expected = luminance(path.throughput) *
+                        (luminance(point.material.emission) +
+                         luminance(bsdf.albedo()) * (path.cell->direct + path.cell->indirect));
+      }
     }
   }
 
@@ -305,19 +332,31 @@ class PathLoop : private PathBatch {
     samples.resume_sample(lane);
     const BsdfSample next = sample_bsdf(lane);
     if (!next.valid) return false;
+    const Rgb before = path.throughput;
     path.throughput *= next.weight;
     if (is_black(path.throughput)) return false;
     if (next.delta) path.last.light_samples = 0;
     path.last.bsdf_pdf = next.pdf;
     glass_.scatter(lane, next);
-    return survives_roulette(&path) && leave(lane, next);
+    return survives_roulette(lane, before) && leave(lane, next);
   }
 
-  bool survives_roulette(Path* path) {
+  // `before` is the throughput before the surface scattered the path.
+  bool survives_roulette(int lane, const Rgb& before) {
+    Path* const path = &paths[lane];
     if (path->events + 1 < kRouletteDepth) return true;
     const float root = std::sqrt(max_component(path->throughput) * path->eta_scale);
-    path->survival = survival(kRouletteScale, root);
-    path->ray_survival = lights.environment() ? survival(kRayRouletteScale, root) : path->survival;
+    if (path->cell) {
+      const float expected =
+          luminance(before) * luminance(bsdfs[lane].albedo()) * path->cell->indirect;
+      path->survival = std::max(survival(kGuidedRouletteScale, root),
+                                survival(kLightRouletteScale, expected / path->expected));
+      path->ray_survival = path->survival;
+    } else {
+      path->survival = survival(kRouletteScale, root);
+      path->ray_survival =
+          lights.environment() ? survival(kRayRouletteScale, root) : path->survival;
+    }
     if (samples.get(surface_dim::kRoulette) >= path->ray_survival) return false;
     path->throughput *= 1.0f / path->ray_survival;
     return true;

@@ -5,7 +5,7 @@
   blur.jpg       pictures and sample densities with motion blur, with depth of field, and with both
   heatmaps.jpg   samples, stop reasons, time and error of one frame
   clamped.jpg    a picture without and with --clamp-indirect, and the light that --clamp-indirect removed
-  guided.jpg     a room with --env-sampling light and with --env-sampling guided
+  guided.jpg     a room without and with --env-sampling guided, and a corridor without and with --guiding on
   denoised.jpg   a picture of 16 samples, the denoised picture, its estimated error, and a picture of 4096 samples
   layers.jpg     a frame's layers for compositing
 
@@ -26,6 +26,8 @@ import sys
 import tempfile
 
 HERE = pathlib.Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE.parent / "tests/bench"))
+import interiors  # noqa: E402
 SCENES = ["spheres", "teapot"]
 # The noise threshold is 1/100 of the display's range. Both figures use the same scale, in which 400 or more samples are
 # white.
@@ -98,17 +100,22 @@ def make_clamped(emberline, threads, out):
 
 
 def make_guided(emberline, threads, out):
-    """Writes two pictures of a room that only the sky lights, through double glazing: one with --env-sampling light,
-    and one with --env-sampling guided."""
-    with tempfile.TemporaryDirectory() as folder:
-        edits = pathlib.Path(folder) / "edits.json"
+    """Writes four pictures: a room that only the sky lights, through double glazing, without and with guided light
+    samples; and a corridor next to a lit room (tests/bench/interiors.py), without and with guided paths."""
+    with tempfile.TemporaryDirectory() as name:
+        folder = pathlib.Path(name)
+        edits = folder / "edits.json"
         edits.write_text('{"emberline_edits": 1, "lights": [{"kind": "material", "name": "bulb", "on": false}]}')
+        (folder / "corridor.glb").write_bytes(interiors.corridor().glb())
+        room = [HERE / "window_room.glb", "--edits", edits, "--sun", "30,120", "--exposure", "5", "--guiding", "off"]
+        corridor = [folder / "corridor.glb", "--exposure", "4"]
+        frames = [(*room, "--env-sampling", "light"), (*room, "--env-sampling", "guided"),
+                  (*corridor, "--guiding", "off"), (*corridor, "--guiding", "on")]
         panels = []
-        for sampling in ("light", "guided"):
-            panels.append(pathlib.Path(folder) / f"{sampling}.png")
-            run(emberline, "render", HERE / "window_room.glb", "--edits", edits, "--sun", "30,120", "--exposure", "5", "--size",
-                "480x270", "--spp", "64", "--env-sampling", sampling, "-o", panels[-1], "--quiet", *threads)
-        run("oiiotool", *panels, "--mosaic:pad=8", "2x1", *JPEG, out)
+        for frame in frames:
+            panels.append(folder / f"{len(panels)}.png")
+            run(emberline, "render", *frame, "--size", "480x270", "--spp", "64", "-o", panels[-1], "--quiet", *threads)
+        run("oiiotool", *panels, "--mosaic:pad=8", "2x2", *JPEG, out)
 
 
 def make_denoised(emberline, threads, out):

@@ -178,6 +178,9 @@ void CommandFrame::build() {
   report_.times.build_s += preparing.seconds();
   const Frame& frame = job_->frame();
   if (frame.guide) report_.features.push_back(frame.guide->describe());
+  if (std::string text = frame.indirect.describe(); !text.empty()) {
+    report_.features.push_back(std::move(text));
+  }
 }
 
 void CommandFrame::add_light_groups(const LightGroups& groups) {

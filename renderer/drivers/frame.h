@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "integrators/indirect_survey.h"
 #include "integrators/integrator.h"
 #include "renderer/core/rect.h"
 #include "renderer/film/channels.h"
@@ -104,6 +105,7 @@ struct Frame {
   std::shared_ptr<const CameraSolids> camera_solids;
   // Light guides for SampleBatch. Null: no guide.
   std::shared_ptr<const LightGuide> guide, catcher_guide;
+  IndirectSurvey indirect;  // may have a guide for SampleBatch
 
   int half_of(uint32_t sample) const {
     return streams == StreamCount::kTwo ? int(sample / half_block & 1u) : 0;

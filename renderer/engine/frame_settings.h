@@ -19,6 +19,8 @@ enum class EmbreeIsa;  // renderer/scene/embree_isa.h
 // The ways to distribute light samples: only by each light's power, or guided by a survey of the
 // arriving light (renderer/scene/light_survey.h).
 enum class EnvironmentSampling { kGuided, kByLight };
+// Whether paths are guided to indirect light (integrators/indirect_survey.h).
+enum class Guiding { kAuto, kOn, kOff };
 
 // The samples [first, end) of each pixel.
 struct SampleSpan {
@@ -109,6 +111,7 @@ struct FrameSettings {
   float environment_strength = 1.0f;
   float environment_rotation = 0.0f;  // degrees
   EnvironmentSampling environment_sampling = EnvironmentSampling::kGuided;
+  Guiding guiding = Guiding::kAuto;
   bool transparent = false;
   WorkingSpace working_space = WorkingSpace::kRec709;
   bool show_backfaces = false;

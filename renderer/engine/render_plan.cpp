@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "integrators/indirect_survey.h"
 #include "renderer/core/hash.h"
 #include "renderer/drivers/adaptive/error_estimator.h"
 #include "renderer/drivers/adaptive/judged_channels.h"
@@ -123,7 +124,11 @@ RenderPlan::RenderPlan(const FrameSettings& s, const PrepareOptions& options)
                                                 .clamp_indirect = clamp_indirect,
                                                 .light_samples = s.light_samples});
   guides_lights = s.environment_sampling == EnvironmentSampling::kGuided && s.max_depth > 0 &&
-                  find_integrator(s.integrator).supports_light_groups;
+                  (find_integrator(s.integrator).supports_light_groups ||
+                   find_integrator(s.integrator).uses_indirect_guide);
+  max_depth = s.max_depth;
+  // With a depth of 1 there is no indirect light.
+  if (s.max_depth > 1 && find_integrator(s.integrator).uses_indirect_guide) guiding = s.guiding;
   build.show_backfaces = s.show_backfaces;
   build.isa = s.isa;
   build.unread_uv = find_integrator(s.integrator).shows_uv || aovs.contains(Aov::kUv);
@@ -132,6 +137,10 @@ RenderPlan::RenderPlan(const FrameSettings& s, const PrepareOptions& options)
 }
 
 namespace {
+
+// The survey of indirect light traces 1.5 to 3 paths per pixel of a smaller frame, and a guide from
+// so few paths saves little.
+constexpr uint64_t kMinGuidedPixels = 16384;
 
 std::shared_ptr<const LightGuide> make_catcher_guide(const Scene& scene) {
   const EnvironmentLight* const light = scene.lights().environment();
@@ -172,6 +181,14 @@ std::unique_ptr<RenderJob> RenderPlan::prepare_stage(const OpenScene& scene, con
 
 Frame RenderPlan::frame(const Scene& scene, const Camera& camera, const SceneParts& parts,
                         const std::stop_token& stop) const {
+  const std::shared_ptr<const LightGuide> light_guide =
+      guides_lights ? find_light_guide(scene, camera, width, height, stop) : nullptr;
+  const bool too_small = uint64_t(width) * uint64_t(height) < kMinGuidedPixels;
+  IndirectSurvey indirect;
+  if (guiding == Guiding::kOn || (guiding == Guiding::kAuto && !too_small)) {
+    indirect = survey_indirect_light({scene, camera, width, height, max_depth, light_guide.get()},
+                                     guiding == Guiding::kOn, stop);
+  }
   return {.scene = scene,
           .camera = camera,
           .integrator = *integrator,
@@ -197,8 +214,9 @@ Frame RenderPlan::frame(const Scene& scene, const Camera& camera, const ScenePar
                               ? EmptyPixels::find(scene, camera, width, height, filter.radius())
                               : nullptr,
           .camera_solids = CameraSolids::find(scene, camera),
-          .guide = guides_lights ? find_light_guide(scene, camera, width, height, stop) : nullptr,
-          .catcher_guide = aovs.contains(Aov::kShadow) ? make_catcher_guide(scene) : nullptr};
+          .guide = light_guide,
+          .catcher_guide = aovs.contains(Aov::kShadow) ? make_catcher_guide(scene) : nullptr,
+          .indirect = std::move(indirect)};
 }
 
 size_t RenderPlan::buckets() const {

@@ -90,7 +90,9 @@ struct RenderPlan {
   double shutter_frames;
   float clamp_indirect;  // 0: no clamping
   bool find_empty_pixels;
-  bool guides_lights = false;  // guide light samples if the survey finds that useful
+  Guiding guiding = Guiding::kOff;  // guide paths to indirect light
+  int max_depth = 0;                // IntegratorSettings::max_depth
+  bool guides_lights = false;       // guide light samples if the survey finds that useful
   SceneBuildOptions build;
   PixelFilter filter;
   std::unique_ptr<Integrator> integrator;

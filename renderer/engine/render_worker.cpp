@@ -134,6 +134,7 @@ void RenderWorker::trace_batch() {
   batch.aovs = &frame_.aovs;
   batch.all_rays_miss = all_empty();
   batch.guide = frame_.guide.get();
+  batch.indirect_guide = frame_.indirect.guide.get();
   if (velocity) batch.velocity_frames = frame_.shutter_frames;
   if (frame_.light_groups) {
     light_values_.clear();

@@ -52,6 +52,14 @@ constexpr NamedValue<EnvironmentSampling> kEnvironmentSamplings[] = {
      EnvironmentSampling::kGuided},
     {"light", "light samples depend only on the emitted light", EnvironmentSampling::kByLight}};
 
+constexpr NamedValue<Guiding> kGuidings[] = {
+    {"auto",
+     "in rooms; a short survey finds out whether the scene is mostly closed and where its indirect "
+     "light comes from; frames of fewer than 16384 pixels are not guided",
+     Guiding::kAuto},
+    {"on", "paths are guided if the survey finds any surface", Guiding::kOn},
+    {"off", "paths follow the materials only", Guiding::kOff}};
+
 constexpr NamedValue<bool> kBackfaces[] = {
     {"cull", "they are invisible, as glTF requires", false},
     {"show", "they look as if they were double-sided", true}};
@@ -588,6 +596,12 @@ std::vector<Setting> light_settings() {
           "env-sampling", kSample, "sampling",
           {.section = H::kLight, .full = "Choose where light samples go.", .fallback = "guided"},
           std::span<const NamedValue<EnvironmentSampling>>(kEnvironmentSamplings))),
+      omit_default(
+          choice<&S::guiding>("guiding", kSample, "guiding",
+                              {.section = H::kLight,
+                               .full = "Choose whether paths are guided to indirect light.",
+                               .fallback = "auto"},
+                              std::span<const NamedValue<Guiding>>(kGuidings))),
       flag<&S::transparent>(
           "transparent", kSample,
           {.section = H::kLight,

@@ -6,9 +6,9 @@
 #include <cassert>
 #include <cmath>
 
+#include "renderer/core/fast_angle.h"
 #include "renderer/core/hash.h"
 #include "renderer/core/ray.h"
-#include "renderer/lights/fast_angle.h"
 #include "renderer/lights/fixed_cdf.h"
 #include "renderer/lights/light_guide.h"
 

@@ -12,12 +12,12 @@
 #include "renderer/core/branch_free.h"
 #include "renderer/core/color4.h"
 #include "renderer/core/constants.h"
+#include "renderer/core/fast_angle.h"
 #include "renderer/core/memory_budget.h"
 #include "renderer/core/parallel.h"
 #include "renderer/core/ray.h"
 #include "renderer/core/warps.h"
 #include "renderer/description/scene_description.h"
-#include "renderer/lights/fast_angle.h"
 #include "renderer/lights/fixed_cdf.h"
 
 namespace emberline {

@@ -1,6 +1,6 @@
 #include "renderer/lights/sky_regions.h"
 
-#include "renderer/lights/fast_angle.h"
+#include "renderer/core/fast_angle.h"
 
 namespace emberline {
 

@@ -71,8 +71,9 @@ RenderOptions main_options(const ViewSettings& settings) {
   options.holdouts.clear();
   options.plan.clear();
   options.cryptomatte_levels = FrameSettings().cryptomatte_levels;
-  // With kGuided, every change of view would have to wait for a new survey.
+  // With a survey, every change of view would have to wait for a new one.
   options.environment_sampling = EnvironmentSampling::kByLight;
+  options.guiding = Guiding::kOff;
   options.static_noise = true;  // edits set time and view, so no frame number applies
   options.denoise = false;      // may come from --settings; ViewSettings::denoise replaces it
   const bool is_limited = options.noise_threshold || options.max_spp || driver.tiles;

@@ -49,7 +49,10 @@ void SurfaceBsdf::set_geometric_normal(const Vec3f& geometric_normal) {
     }
     if (has_cosine_) {
       value += eval_cosine(wi, table_.at(wi.z));
-      density = fma(1.0f - specular_pick_, wi.z * kInvPi, density);
+      float cosine_pdf = wi.z * kInvPi;
+      if (guide_) [[unlikely]]
+        cosine_pdf *= guide_->density(wi);
+      density = fma(1.0f - specular_pick_, cosine_pdf, density);
     }
   }
   *pdf = density;
@@ -87,11 +90,14 @@ BsdfSample SurfaceBsdf::sample(float u_lobe, const Vec2f& u) const {
   }
   // Computes both lobes' directions and selects one. A branch would be mispredicted often, and a
   // misprediction costs more than the second direction.
+  Vec2f point(u.x, v);
+  if (guide_ && !specular) [[unlikely]]
+    point = guide_->sample(point);
   float sine, cosine;
-  sincos_turns(u.x, &sine, &cosine);
+  sincos_turns(point.x, &sine, &cosine);
   const Vec3f a = ggx_.sample(sine, cosine, v);
-  const float radius = std::sqrt(v);
-  const Vec3f b(radius * cosine, radius * sine, std::sqrt(1.0f - v));
+  const float radius = std::sqrt(point.y);
+  const Vec3f b(radius * cosine, radius * sine, std::sqrt(1.0f - point.y));
   result.wi =
       Vec3f(select(specular, a.x, b.x), select(specular, a.y, b.y), select(specular, a.z, b.z));
   const Color4 value = eval_and_pdf4(result.wi, &result.pdf);

@@ -29,6 +29,7 @@
 #include "renderer/shading/layers.h"
 #include "renderer/shading/lobes/anisotropic_ggx.h"
 #include "renderer/shading/lobes/bsdf_sample.h"
+#include "renderer/shading/lobes/cosine_guide.h"
 #include "renderer/shading/lobes/ggx.h"
 #include "renderer/shading/lobes/sheen_lobe.h"
 #include "renderer/shading/lobes/specular_albedo.h"
@@ -78,6 +79,11 @@ class SurfaceBsdf {
   // Returns the part of eval() that the Lambertian base and the sheen contribute; 0 below the
   // surface.
   Rgb eval_diffuse(const Vec3f& wi) const;
+
+  // Samples the cosine lobe with this density from now on. `guide` must outlive the BSDF; null:
+  // without a guide. Only allowed if can_be_guided().
+  void set_guide(const CosineGuide* guide) { guide_ = guide; }
+  bool can_be_guided() const { return has_cosine_ && !list_; }
 
   // Whether next-event estimation can contribute, because some lobe is not a delta.
   bool has_non_delta() const {
@@ -199,6 +205,7 @@ class SurfaceBsdf {
   float dielectric_multiple_ = 0.0f;  // multiple_fresnel() of the dielectric
   float specular_pick_ = 0.0f;  // probability of the specular lobe rather than the cosine lobe
   SpecularKind specular_ = SpecularKind::kNone;
+  const CosineGuide* guide_ = nullptr;
   bool has_cosine_ = false;
   bool normals_differ_ = false;
   Vec3f wo_ = Vec3f(0.0f, 0.0f, 1.0f);

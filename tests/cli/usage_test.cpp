@@ -155,6 +155,7 @@ const std::vector<WrongValue>& wrong_values() {
        {"hilber", "rows"},
        {"valid names are", "hilbert", "spiral", "scanline", "random"}},
       {"--env-sampling", {"guide", "Light"}, {"valid names are", "guided, light"}},
+      {"--guiding", {"yes", "Off"}, {"valid names are", "auto, on, off"}},
       {"--working-space", {"aces", "ACEScg"}, {"valid names are", "rec709, acescg"}},
       {"--working-space",
        {"acescg"},

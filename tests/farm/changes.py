@@ -47,6 +47,7 @@ SETTINGS = (
     ("other filter", "--spp 256", "--spp 256 --filter box", ["--filter: blackman-harris (now box)"]),
     ("filter radius", "--spp 256", "--spp 256 --filter-radius 1.5", ["--filter-radius"]),
     ("other depth", "--spp 256", "--spp 256 --max-depth 3", ["--max-depth: 16 (now 3)"]),
+    ("guided paths", "--spp 256", "--spp 256 --guiding on", ["--guiding"]),
     ("other integrator", "--spp 256", "--spp 256 --integrator direct", ["--integrator: path (now direct)"]),
     ("other view", "--spp 256", "--spp 256 --look-from 0,1,4 --look-at 0,1,0", ["--look-from", "--look-at"]),
     ("field of view", "--spp 256", "--spp 256 --fov-y 33", ["--fov-y"]),

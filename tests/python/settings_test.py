@@ -77,6 +77,7 @@ CASES = {
     "env-strength": ("2.5", {**VIEW, "sun": "30,40"}, BOX),
     "env-rotation": ("60", {**VIEW, "sun": "30,40"}, BOX),
     "env-sampling": ("light", {}, ROOM),
+    "guiding": ("on", {}, BOX),
     "transparent": ("yes", VIEW, BOX),
     "working-space": ("acescg", {"light-groups": "yes"}, BOX),
     "backfaces": ("show", VIEW, BOX),

@@ -64,6 +64,7 @@ inline const std::map<std::string, std::string>& non_default_values() {
       {"env-strength", "1000000000"},
       {"env-rotation", "-36000"},
       {"env-sampling", "light"},
+      {"guiding", "on"},
       {"transparent", "yes"},
       {"working-space", "acescg"},
       {"backfaces", "show"},

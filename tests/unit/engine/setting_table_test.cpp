@@ -37,10 +37,11 @@ TEST(SettingTable, HasEveryMember) {
                width, height, crop, camera, look_from, look_at, fov_y, f_stop, focus_distance,
                panorama, turntable, turntable_center, animation, time, frame, fps, shutter, edits,
                variant, environment, sun, environment_strength, environment_rotation,
-               environment_sampling, transparent, working_space, show_backfaces, lenient, isa, part,
-               sample_range, plan, aovs, cryptomattes, cryptomatte_levels, catchers, holdouts,
-               catcher_plane, light_groups, half, exr_compression, exr_parts, denoise] = settings;
-  constexpr size_t kMembers = 70;
+               environment_sampling, guiding, transparent, working_space, show_backfaces, lenient,
+               isa, part, sample_range, plan, aovs, cryptomattes, cryptomatte_levels, catchers,
+               holdouts, catcher_plane, light_groups, half, exr_compression, exr_parts, denoise] =
+      settings;
+  constexpr size_t kMembers = 71;
   // Every member has a row except the scene, and width and height share one.
   EXPECT_EQ(setting_table().size(), kMembers - 2);
   EXPECT_EQ(kNonDefaults.size(), setting_table().size());

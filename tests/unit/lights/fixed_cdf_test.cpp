@@ -5,7 +5,7 @@
 
 #include <vector>
 
-#include "renderer/lights/fast_angle.h"
+#include "renderer/core/fast_angle.h"
 #include "support/chi_square.h"
 
 namespace emberline {

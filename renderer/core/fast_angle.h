@@ -1,6 +1,7 @@
-// Branch-free atan2 for the two angles of every environment lookup.
+// Branch-free atan2 for lookups by direction.
 #pragma once
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
