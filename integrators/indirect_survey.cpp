@@ -34,8 +34,8 @@ namespace {
 // We chose the following constants; tests/bench/results has results for other values.
 //
 // The number of paths (log2) in the pilot, which also decides whether a guide is worthwhile, and in
-// the last of the two rounds after it. Each round is guided by the paths before it, and has twice
-// as many paths as the round before.
+// the last of the two rounds after it. The first of these has half as many. Each round is guided by
+// all paths before it.
 constexpr int kMinPilotBits = 8, kMaxBits = 16;
 // Without `always`, paths are guided in rooms and the like, where these limits hold. In the open,
 // light samples find most of the light, and guiding only costs time.

@@ -30,11 +30,11 @@ class CosineGuide {
     const Place row = find(rows_, u.y);
     return {find(columns_[size_t(row.bin)], u.x).position, row.position};
   }
-  // Returns the density relative to the plain cosine lobe, for a direction above the
-  // surface.
+  // Returns the density relative to the plain cosine lobe, for a direction above the surface.
   float density(const Vec3f& wi) const { return density(bin_of(wi)); }
   // Returns the direction in the middle of the bin with the greatest density.
   Vec3f main_direction() const;
+  // The direction of a point of the square, and the bin of a direction.
   static Vec3f direction_of(const Vec2f& u);
   static int bin_of(const Vec3f& wi) {
     const float turns = fast_atan2(wi.y, wi.x) * (0.5f * kInvPi);
