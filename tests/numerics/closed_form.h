@@ -117,4 +117,20 @@ inline void expect_exact(const RenderedImage& image, double exact, double tolera
   EXPECT_EQ(image.counters.non_finite_samples, 0u) << name.number << " " << name.what;
 }
 
+// For tests whose exact values hold whether or not paths are guided to indirect light.
+class ByGuiding : public testing::TestWithParam<Guiding> {
+ protected:
+  static RenderSettings with_guiding(RenderSettings s) {
+    s.guiding = GetParam();
+    return s;
+  }
+  static CaseName name(const std::string& number, const std::string& what) {
+    return {number, GetParam() == Guiding::kOn ? what + ", guided" : what};
+  }
+};
+inline const auto kWithAndWithoutGuiding = testing::Values(Guiding::kOff, Guiding::kOn);
+inline std::string guiding_name(const testing::TestParamInfo<Guiding>& info) {
+  return info.param == Guiding::kOn ? "Guided" : "Plain";
+}
+
 }  // namespace emberline::test

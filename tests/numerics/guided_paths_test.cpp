@@ -1,5 +1,6 @@
 // Paths that are guided to indirect light (integrators/indirect_survey.h). Their light agrees with
-// closed forms and with that of paths that are not guided, and rooms have less noise.
+// that of paths that are not guided, and rooms have less noise. (enclosure_test.cpp and
+// furnace_test.cpp compare with closed forms.)
 #include "closed_form.h"
 #include "receiver.h"
 #include "renderer/scene/indirect_guide.h"
@@ -60,26 +61,6 @@ RenderSettings room_settings() {
 bool has_guide(const Scene& scene, const CameraDescription& view, const RenderSettings& s) {
   const Camera camera(view, s.width, s.height, scene.origin(), scene.scale());
   return plan_of(s).frame(scene, camera).indirect.guide != nullptr;
-}
-
-// A closed sphere that emits Le and reflects rho has the radiance Le / (1 - rho).
-TEST(GuidedPaths, ClosedSphere) {
-  for (const float rho : {.5f, .9f, .99f}) {
-    SceneBuilderForTests b;
-    MaterialDescription m = lambert(Rgb(rho));
-    m.emission = Rgb(1 - rho);
-    b.place(b.add_mesh(SceneBuilderForTests::sphere(1.0f, 8, b.add_material(m), /*inward=*/true)));
-    const auto scene = b.build();
-    RenderSettings s = with_guiding({}, Guiding::kOn);
-    s.width = s.height = 8;
-    s.spp = 64;
-    s.max_depth = 100000;
-    const CaseName name = {"3", "guided closed sphere, rho " + format_value(double(rho))};
-    s.seed = seed_of(name);
-    const CameraDescription view = perspective({0, 0, 0}, {0.2, 0.1, -1}, 90);
-    ASSERT_TRUE(has_guide(*scene, view, s));
-    expect_exact(render(*scene, view, s), 1.0, 1e-5, s, name);
-  }
 }
 
 // The mean with a guide is that without one. The false-alarm rate is 6e-7 for each comparison.
