@@ -12,6 +12,7 @@
 #include "integrators/path_loop.h"
 #include "integrators/recorders/hooks.h"
 #include "renderer/core/flush_denormals.h"
+#include "renderer/core/memory_budget.h"
 #include "renderer/core/parallel.h"
 #include "renderer/scene/camera.h"
 #include "renderer/scene/indirect_guide.h"
@@ -43,6 +44,7 @@ constexpr double kMinIndirectFraction = 0.25, kMaxLeavingFraction = 0.25;
 // The depth limit of the survey's paths. Longer ones would add little, since the light at each
 // vertex comes from its cell.
 constexpr int kMaxDepth = 8;
+constexpr size_t kChunk = 512;  // batches that are traced before their vertices are collected
 constexpr uint32_t kSurveySeed = 0x5eed1e55u;
 
 class SurveyRecorder : public Recorder {
@@ -115,17 +117,23 @@ class SurveyRecorder : public Recorder {
 class Surveyor {
  public:
   Surveyor(const SurveyedView& view, const std::stop_token& stop)
-      : view_(view), settings_{.max_depth = std::min(view.max_depth, kMaxDepth)}, stop_(stop) {}
+      : view_(view),
+        settings_{.max_depth = std::min(view.max_depth, kMaxDepth)},
+        stop_(stop),
+        memory_(view.memory, MemoryPart::kLights) {}
 
   IndirectSurvey run(bool always) {
     const uint64_t pixels = uint64_t(view_.width) * uint64_t(view_.height);
     const int bits = std::clamp(int(std::bit_width(pixels)), kMinPilotBits + 2, kMaxBits);
-    trace(std::max(bits - 5, kMinPilotBits));
+    const int pilot_bits = std::max(bits - 5, kMinPilotBits);
+    reserve(size_t(1) << pilot_bits);
+    trace(pilot_bits);
     if (!build()) return {};
     IndirectSurvey result = {nullptr, guide_->indirect_fraction(), leaving_fraction()};
     const bool is_room = result.indirect_fraction >= kMinIndirectFraction &&
                          result.leaving_fraction <= kMaxLeavingFraction;
     if (!always && !is_room) return result;
+    reserve(size_t(3) << (bits - 1));
     for (const int round_bits : {bits - 1, bits}) {
       trace(round_bits);
       if (!build()) return {};
@@ -135,23 +143,31 @@ class Surveyor {
   }
 
  private:
+  // Reserves the memory for this many more paths.
+  void reserve(size_t paths) {
+    const size_t vertices = vertices_.size() + paths * SurveyPaths::kMaxVertices;
+    const size_t at_once = kChunk * kRayBatch * SurveyPaths::kMaxVertices;
+    memory_.release();
+    memory_.add((vertices + at_once) * sizeof(SurveyVertex) + IndirectGuide::bytes(vertices),
+                "`guiding`: surveying the indirect light");
+    vertices_.reserve(vertices);
+  }
+
   // Traces 2^bits paths, guided by the guide of the rounds before.
   void trace(int bits) {
     const size_t batches = (size_t(1) << bits) / kRayBatch;
-    std::vector<std::vector<SurveyVertex>> found(batches);
-    parallel_ranges(batches, 4, [&](size_t begin, size_t end) {
-      const FlushDenormals flush;  // as the render workers do
-      PixelSamples samples(*sampler_);
-      for (size_t i = begin; i < end && !stop_.stop_requested(); ++i) {
-        found[i] = trace_batch(uint32_t(i) * kRayBatch, bits, samples);
+    for (size_t first = 0; first < batches; first += kChunk) {
+      std::vector<std::vector<SurveyVertex>> found(std::min(kChunk, batches - first));
+      parallel_ranges(found.size(), 4, [&](size_t begin, size_t end) {
+        const FlushDenormals flush;  // as the render workers do
+        PixelSamples samples(*sampler_);
+        for (size_t i = begin; i < end && !stop_.stop_requested(); ++i) {
+          found[i] = trace_batch(uint32_t(first + i) * kRayBatch, bits, samples);
+        }
+      });
+      for (const std::vector<SurveyVertex>& vertices : found) {
+        vertices_.insert(vertices_.end(), vertices.begin(), vertices.end());
       }
-    });
-    size_t count = vertices_.size();
-    for (const std::vector<SurveyVertex>& vertices : found) count += vertices.size();
-    vertices_.reserve(count);
-    for (std::vector<SurveyVertex>& vertices : found) {
-      vertices_.insert(vertices_.end(), vertices.begin(), vertices.end());
-      vertices = {};
     }
     ++round_;
   }
@@ -172,7 +188,10 @@ class Surveyor {
     batch.survey = &paths;
     std::array<SampleValue, kRayBatch> values;
     PathLoop<PathGlass, SurveyRecorder>(settings_, batch, samples, values).trace();
+    size_t count = 0;
+    for (const SurveyPaths::Path& path : paths.paths) count += path.count;
     std::vector<SurveyVertex> vertices;
+    vertices.reserve(count);
     for (const SurveyPaths::Path& path : paths.paths) {
       vertices.insert(vertices.end(), path.vertices.begin(), path.vertices.begin() + path.count);
     }
@@ -205,6 +224,7 @@ class Surveyor {
   // Returns false if there is no guide.
   bool build() {
     if (stop_.stop_requested()) return false;
+    guide_.reset();
     guide_ = std::make_shared<IndirectGuide>(vertices_);
     return !guide_->empty();
   }
@@ -212,6 +232,7 @@ class Surveyor {
   const SurveyedView& view_;
   const IntegratorSettings settings_;
   const std::stop_token& stop_;
+  MemoryReservation memory_;
   const std::unique_ptr<Sampler> sampler_ = create_sampler("independent", {});
   uint32_t round_ = 0;
   std::vector<SurveyVertex> vertices_;

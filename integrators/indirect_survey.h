@@ -10,15 +10,18 @@ namespace emberline {
 class Camera;
 class IndirectGuide;
 struct LightGuide;
+class MemoryBudget;
 class Scene;
 
-// The view and the paths to survey. `light_guide` is that of the frame; it may be null.
+// The view and the paths to survey. `light_guide` is that of the frame; it may be null. `memory`
+// may be null, too: no limit.
 struct SurveyedView {
   const Scene& scene;
   const Camera& camera;
   int width, height;
   int max_depth;
   const LightGuide* light_guide;
+  std::shared_ptr<MemoryBudget> memory;
 };
 
 struct IndirectSurvey {
@@ -36,8 +39,8 @@ struct IndirectSurvey {
 //
 // The result is a pure function of the scene and the whole frame's view, independent of driver,
 // crop, part, sample count and seed, so law 1 (renderer/README.md) also holds for guided paths. The
-// survey traces 1.5 to 3 paths per pixel of a small frame, up to 10^5, and takes up to 100 MB while
-// it runs; the guide has up to 2 MB. Uses all threads.
+// survey traces 1.5 to 3 paths per pixel of a small frame, up to 10^5. It reserves up to 64 MiB
+// while it runs, or throws LimitError; the guide has up to 2 MB. Uses all threads.
 IndirectSurvey survey_indirect_light(const SurveyedView& view, bool always,
                                      const std::stop_token& stop);
 

@@ -52,6 +52,7 @@ struct HeatmapOptions {
   std::string image;  // an .exr that `emberline render` wrote
   std::string output;
   std::string quantity;  // one of heatmap_quantity_table()
+  std::string against;   // another frame of this view; shows the saving in time instead
   HeatmapStyle style;
   LimitOptions limits;
 };

@@ -1,7 +1,9 @@
-#include "renderer/app/commands.h"
+#include <algorithm>
+#include <cmath>
 
 #include "io/files/register.h"
 #include "io/image/input.h"
+#include "renderer/app/commands.h"
 #include "renderer/core/errors.h"
 #include "renderer/core/log.h"
 #include "renderer/engine/worker_threads.h"
@@ -19,22 +21,73 @@ FrameSettings settings_of_file(const std::string& path) {
   return settings;
 }
 
+// The values of a frame's pixels.
+Plane plane_of(const std::string& path, const FloatImage& frame, std::string_view name) {
+  const HeatmapQuantity& quantity = find_heatmap_quantity(name);
+  check_heatmap_channels(path, quantity, frame.channel_names);
+  QuantityPlane plane(quantity, frame.channel_names, frame.data_window);
+  plane.write_tile(frame.data_window, frame.values);
+  return plane.plane();
+}
+
+// Returns squared error times time, summed over the pixels around each pixel, because the estimates
+// for single pixels are noisy. Pixels without an error count as 0.
+Plane time_for_equal_error(const std::string& path, const FloatImage& frame) {
+  constexpr int kRadius = 2;
+  const Plane error = plane_of(path, frame, "error"), time = plane_of(path, frame, "time");
+  Plane sums = {error.width, error.height, std::vector<float>(error.values.size())};
+  for (size_t i = 0; i < error.values.size(); ++i) {
+    const float cost = error.values[i] * error.values[i] * time.values[i];
+    if (!(cost > 0.0f)) continue;
+    const int x = int(i) % error.width, y = int(i) / error.width;
+    for (int v = std::max(y - kRadius, 0); v <= std::min(y + kRadius, error.height - 1); ++v) {
+      for (int u = std::max(x - kRadius, 0); u <= std::min(x + kRadius, error.width - 1); ++u) {
+        sums.values[size_t(v) * size_t(error.width) + size_t(u)] += cost;
+      }
+    }
+  }
+  return sums;
+}
+
+// The heatmap of --against.
+const HeatmapQuantity kSaving = {.name = "saving",
+                                 .summary = "",
+                                 .title = "times less time to an equal error",
+                                 .channels = {"saving"}};
+
 }  // namespace
 
 int run_heatmap(const HeatmapOptions& options) {
   const WorkerThreads workers(0);
-  const HeatmapQuantity& quantity = find_heatmap_quantity(options.quantity, "--of");
+  const bool compares = !options.against.empty();
+  const HeatmapQuantity& quantity =
+      compares ? kSaving : find_heatmap_quantity(options.quantity, "--of");
   const HeatmapQuantity* const quantities[] = {&quantity};
   check_heatmap_style(options.style, quantities);
   check_heatmap_format("-o", options.output, {});
   FileRegister files;
   files.read(options.image, "it is the picture itself");
+  if (compares) files.read(options.against, "it is the picture of --against");
   files.write("-o", options.output);
   const LoadProgress progress({}, {}, limits_of(options.limits, options.image));
-  const FloatImage image = read_frame(options.image, progress);
-  check_heatmap_channels(options.image, quantity, image.channel_names);
-  const Rect& crop = image.data_window;
+  FloatImage image = read_frame(options.image, progress);
+  const Rect crop = image.data_window;
   check_heatmap_format("-o", options.output, crop);
+  if (compares) {
+    const FloatImage other = read_frame(options.against, progress);
+    if (other.frame_width != image.frame_width || other.frame_height != image.frame_height ||
+        other.data_window != crop) {
+      throw InputError(options.against, "its size or crop is not that of {}", options.image);
+    }
+    const Plane before = time_for_equal_error(options.against, other);
+    Plane saving = time_for_equal_error(options.image, image);
+    for (size_t i = 0; i < saving.values.size(); ++i) {
+      saving.values[i] = saving.values[i] > 0.0f ? before.values[i] / saving.values[i] : NAN;
+    }
+    image.values = std::move(saving.values);
+    image.channel_names = {std::string(kSaving.name)};
+  }
+  check_heatmap_channels(options.image, quantity, image.channel_names);
   HeatmapStyle style = options.style;
   if (quantity.aov == Aov::kStop) style.judged = judged_names(settings_of_file(options.image));
   HeatmapFile file(

@@ -263,6 +263,14 @@ void add_heatmap_options(CLI::App* app, HeatmapOptions& o) {
             .fallback = "samples",
             .example = "--of error"},
            table_lines(heatmap_quantity_table()));
+  add_text(app, "--against", o.against, "FILE",
+           {.section = H::kOutput,
+            .brief = "show the time saved over this frame of the same view",
+            .full = "Show how many times less time the frame needs for an equal error than this "
+                    "one of the same view: squared error times time of FILE, divided by those of "
+                    "IMAGE, as means over 5x5 pixels. Both need `aov` variance,time.",
+            .example = "--against uniform.exr --log"})
+      ->excludes("--of");
   add_heatmap_style(app, o.style, nullptr);
   add_limits(app, o.limits);
   app->footer("emberline heatmap frame.exr -o error.png --of error --colors viridis");

@@ -89,6 +89,8 @@ FrameSettings OpenScene::posed(FrameSettings settings) const {
   return settings;
 }
 
+const std::shared_ptr<MemoryBudget>& OpenScene::memory() const { return source_->budget(); }
+
 bool OpenScene::can_pose() const { return source_->is_open(); }
 
 ReadScene OpenScene::read(const FrameSettings& settings, SceneEdits edits, LoadProgress& progress) {

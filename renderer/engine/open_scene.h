@@ -77,6 +77,8 @@ class OpenScene {
   // Return reports on the scene in its current pose.
   const CoverageReport& coverage() const { return coverage_; }
   const LoadRepairs& repairs() const { return repairs_; }
+  // The budget in which the scene's memory is reserved.
+  const std::shared_ptr<MemoryBudget>& memory() const;
 
   // Returns whether the scene has an animation. Requires OpenOptions::poses.
   bool can_pose() const;

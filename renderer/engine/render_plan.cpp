@@ -160,7 +160,7 @@ std::unique_ptr<RenderJob> RenderPlan::prepare(const OpenScene& scene, const Cam
 std::unique_ptr<RenderJob> RenderPlan::prepare(const OpenScene& scene, const Camera& camera,
                                                const SceneParts& parts,
                                                const std::stop_token& stop) const {
-  Frame whole = frame(scene.scene(), camera, parts, stop);
+  Frame whole = frame(scene.scene(), camera, parts, stop, scene.memory());
   whole.shutter_frames = shutter_frames_of(scene.settings());
   return std::make_unique<RenderJob>(std::move(whole), drivers());
 }
@@ -180,14 +180,16 @@ std::unique_ptr<RenderJob> RenderPlan::prepare_stage(const OpenScene& scene, con
 }
 
 Frame RenderPlan::frame(const Scene& scene, const Camera& camera, const SceneParts& parts,
-                        const std::stop_token& stop) const {
+                        const std::stop_token& stop,
+                        const std::shared_ptr<MemoryBudget>& memory) const {
   const std::shared_ptr<const LightGuide> light_guide =
       guides_lights ? find_light_guide(scene, camera, width, height, stop) : nullptr;
   const bool too_small = uint64_t(width) * uint64_t(height) < kMinGuidedPixels;
   IndirectSurvey indirect;
   if (guiding == Guiding::kOn || (guiding == Guiding::kAuto && !too_small)) {
-    indirect = survey_indirect_light({scene, camera, width, height, max_depth, light_guide.get()},
-                                     guiding == Guiding::kOn, stop);
+    indirect =
+        survey_indirect_light({scene, camera, width, height, max_depth, light_guide.get(), memory},
+                              guiding == Guiding::kOn, stop);
   }
   return {.scene = scene,
           .camera = camera,

@@ -54,8 +54,9 @@ struct RenderPlan {
   explicit RenderPlan(const FrameSettings& settings, const PrepareOptions& options = {});
 
   // Creates the job. The plan, scene and camera must outlive the job. May survey the lights first
-  // (renderer/scene/light_survey.h). After a stop request the survey is incomplete, so the job must
-  // not be rendered.
+  // (renderer/scene/light_survey.h, integrators/indirect_survey.h). After a stop request the survey
+  // is incomplete, so the job must not be rendered. Throws LimitError if the survey needs more
+  // memory than the scene's budget has left.
   std::unique_ptr<RenderJob> prepare(const OpenScene& scene, const Camera& camera,
                                      const std::stop_token& stop) const;
   // Like the function above, but uses `parts` instead of the open scene's parts (scene_parts.h).
@@ -66,9 +67,10 @@ struct RenderPlan {
   std::unique_ptr<RenderJob> prepare_stage(const OpenScene& scene, const Camera& camera,
                                            const StageOptions& stage) const;
   // Returns the frame without creating a job. Ignores a shutter that the edits set; only prepare()
-  // reads it, from the open scene.
+  // reads it, from the open scene. `memory` is for the surveys; null: no limit.
   Frame frame(const Scene& scene, const Camera& camera, const SceneParts& parts = {},
-              const std::stop_token& stop = {}) const;
+              const std::stop_token& stop = {},
+              const std::shared_ptr<MemoryBudget>& memory = nullptr) const;
   DriverFactory drivers() const { return driver_factory(*driver, driver_settings); }
   // Returns the number of buckets in the crop. The setting `part` divides them among jobs. Throws
   // UsageError if there are too many buckets.

@@ -54,6 +54,7 @@ class SceneSource {
   void open(const FrameSettings& settings, LoadProgress& progress, const AdditionalParts& parts);
   bool is_open() const { return file_ != nullptr; }
   SceneFile& file() { return *file_; }
+  const std::shared_ptr<MemoryBudget>& budget() const { return budget_; }
   // Closes the file. No further pose can be read afterwards.
   void close() { file_.reset(); }
 

@@ -64,6 +64,10 @@ BinValues smoothed_means(const BinValues& sums, const BinValues& counts) {
   return means;
 }
 
+size_t min_vertices(uint64_t vertices) {
+  return size_t(kMinVertices * std::sqrt(double(vertices)));
+}
+
 double mean_of(const BinValues& values) {
   return std::accumulate(values.begin(), values.end(), 0.0) / kBins;
 }
@@ -75,7 +79,7 @@ class IndirectGuideBuilder {
   IndirectGuideBuilder(IndirectGuide& guide, std::vector<SurveyVertex>& vertices)
       : guide_(guide),
         vertices_(vertices),
-        min_vertices_(size_t(kMinVertices * std::sqrt(double(vertices.size())))),
+        min_vertices_(min_vertices(vertices.size())),
         cell_of_(vertices.size(), kNoCell) {}
 
   void build() {
@@ -249,6 +253,13 @@ class IndirectGuideBuilder {
 
 IndirectGuide::IndirectGuide(std::vector<SurveyVertex>& vertices) {
   IndirectGuideBuilder(*this, vertices).build();
+}
+
+uint64_t IndirectGuide::bytes(uint64_t vertices) {
+  // Each cell has more than half of min_vertices, and a tree has fewer nodes than cells.
+  const uint64_t cells = vertices / (min_vertices(vertices) / 2 + 1) + kOrientations;
+  const uint64_t lists = 2 * sizeof(uint32_t) * vertices + 2 * sizeof(size_t) * cells;
+  return cells * (sizeof(GuideCell) + 2 * sizeof(Node)) + lists;
 }
 
 std::string IndirectGuide::describe() const {

@@ -31,12 +31,12 @@ struct SurveyVertex {
   enum class Next : uint8_t { kUnknown, kSurface, kNothing };
   static constexpr float kMaxLight = 1e30f;  // greater light is taken for this
 
-  Vec3f position;               // internal space
-  uint8_t orientation = 0;      // IndirectGuide::orientation_of() the shading normal
-  uint8_t bin = 0;              // of the ray's direction, if is_diffuse
-  bool is_first = false;        // the first vertex of its path with albedo > 0
-  bool samples_lights = false;  // false at the depth limit
-  bool is_diffuse = false;      // the ray left the surface in a direction that a guide can choose
+  Vec3f position;                   // internal space
+  uint8_t orientation = 0;          // IndirectGuide::orientation_of() the shading normal
+  uint8_t bin = 0;                  // of the ray's direction, if is_diffuse
+  bool is_first : 1 = false;        // the first vertex of its path with albedo > 0
+  bool samples_lights : 1 = false;  // false at the depth limit
+  bool is_diffuse : 1 = false;  // the ray left the surface in a direction that a guide can choose
   Next next = Next::kUnknown;
   // Albedo of a surface that a guide serves (SurfaceBsdf::can_be_guided()); 0 for others.
   float albedo = 0.0f;
@@ -57,6 +57,8 @@ class IndirectGuide {
   // Builds a guide from survey paths; sets `incoming` of their vertices. The result does not depend
   // on the number of threads. Uses all threads.
   explicit IndirectGuide(std::vector<SurveyVertex>& vertices);
+  // An upper bound on the memory of a guide, and of what building it takes.
+  static uint64_t bytes(uint64_t vertices);
 
   // Returns the cell of a surface point, or null if the survey found no surface with a similar
   // normal. `normal` is the shading normal on the viewer's side.

@@ -49,10 +49,7 @@ void SurfaceBsdf::set_geometric_normal(const Vec3f& geometric_normal) {
     }
     if (has_cosine_) {
       value += eval_cosine(wi, table_.at(wi.z));
-      float cosine_pdf = wi.z * kInvPi;
-      if (guide_) [[unlikely]]
-        cosine_pdf *= guide_->density(wi);
-      density = fma(1.0f - specular_pick_, cosine_pdf, density);
+      density = fma(1.0f - specular_pick_, cosine_pdf(wi), density);
     }
   }
   *pdf = density;

@@ -83,7 +83,9 @@ class SurfaceBsdf {
   // Samples the cosine lobe with this density from now on. `guide` must outlive the BSDF; null:
   // without a guide. Only allowed if can_be_guided().
   void set_guide(const CosineGuide* guide) { guide_ = guide; }
-  bool can_be_guided() const { return has_cosine_ && !list_; }
+  // Whether there is a cosine lobe. False for surfaces that transmit light: what they scatter does
+  // not come from one side alone.
+  bool can_be_guided() const { return has_cosine_ && (!list_ || list_->only_reflects); }
 
   // Whether next-event estimation can contribute, because some lobe is not a delta.
   bool has_non_delta() const {
@@ -124,6 +126,13 @@ class SurfaceBsdf {
     return fma(dielectric_multiple_, loss, single);
   }
   Color4 eval_and_pdf4(const Vec3f& wi, float* pdf) const;
+  // The density of the cosine lobe, with the guide.
+  float cosine_pdf(const Vec3f& wi) const {
+    const float pdf = wi.z * kInvPi;
+    if (guide_) [[unlikely]]
+      return pdf * guide_->density(wi);
+    return pdf;
+  }
   BsdfSample sample_plain(const Vec2f& u) const;
   void set_geometric_normal(const Vec3f& geometric_normal);
   [[gnu::always_inline]] bool below_surface(const Vec3f& wi) const {
@@ -162,6 +171,7 @@ class SurfaceBsdf {
     float base_weight = 0.0f, clear_weight = 0.0f;  // fractions of the material
     bool solid = false, behind = false;             // solid: has an interior; behind: wo is in it
     bool only_clear = false;  // clear is the only lobe, with weight 1 and no layers
+    bool only_reflects = false;
     bool non_delta = false, transmits_non_delta = false;
     float transmittance_o = 1.0f;  // T(wo)
     std::optional<TransmissionLobe> clear;

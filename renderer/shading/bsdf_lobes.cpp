@@ -300,6 +300,7 @@ void SurfaceBsdf::set_picks() {
     if (list.pick[i] > 0.0f) list.last = i;
   }
   for (float& pick : list.pick) pick /= boosted;
+  list.only_reflects = list.pick[kClear] == 0.0f && list.pick[kDiffuseTransmission] == 0.0f;
   const bool passes_clear = list.pick[kClear] > 0.0f && !list.clear->is_delta();
   list.transmits_non_delta = passes_clear || list.pick[kDiffuseTransmission] > 0.0f;
   list.non_delta = list.transmits_non_delta || list.pick[kSheen] > 0.0f ||
@@ -335,7 +336,7 @@ Color4 SurfaceBsdf::eval_base(const Vec3f& wi, float transmittance, float transm
   }
   if (has_cosine_) {
     value += eval_cosine(wi, reflection_albedo(wi)) * transmittance_i;
-    *pdf = fma(1.0f - specular_pick_, wi.z * kInvPi, *pdf);
+    *pdf = fma(1.0f - specular_pick_, cosine_pdf(wi), *pdf);
   }
   return value;
 }
@@ -432,7 +433,8 @@ BsdfSample SurfaceBsdf::sample_base(const Vec2f& u) const {
   const Vec2f rest(u.x,
                    std::min((u.y - (specular ? 0.0f : specular_pick_)) / share, kOneMinusEpsilon));
   if (!specular) {
-    result.wi = square_to_cosine_hemisphere(rest);
+    result.wi = guide_ ? CosineGuide::direction_of(guide_->sample(rest))
+                       : square_to_cosine_hemisphere(rest);
   } else if (specular_ == SpecularKind::kMirror) {
     result.wi = Vec3f(-wo_.x, -wo_.y, wo_.z);
     result.delta = true;

@@ -230,6 +230,53 @@ TEST_F(Heatmap, ReportsTheMemoryOfMaps) {
   EXPECT_EQ(film_bytes({"--heatmap", path("d.png")}) - without, 4 * 400 * 300);
 }
 
+// The saving is the ratio of squared error times time, as sums over 5x5 pixels.
+TEST_F(Heatmap, SavingAgainstAnotherFrame) {
+  const Words aovs = {"--aov", "variance,time"};
+  render(of("bucket", aovs));
+  render(Words{"render", scene(), "-o", path("other.exr"), "--size", "40x24", "--spp", "16"} +
+         aovs);
+  const auto costs = [&](const std::string& frame) {
+    std::vector<double> values(40 * 24);
+    render({"heatmap", path(frame), "--of", "error", "-o", path("error.exr")});
+    render({"heatmap", path(frame), "--of", "time", "-o", path("time.exr")});
+    const ExrPicture error = read_exr(path("error.exr")), time = read_exr(path("time.exr"));
+    for (int y = 0; y < 24; ++y) {
+      for (int x = 0; x < 40; ++x) {
+        for (int v = std::max(y - 2, 0); v < std::min(y + 3, 24); ++v) {
+          for (int u = std::max(x - 2, 0); u < std::min(x + 3, 40); ++u) {
+            const double e = double(error.at("error", u, v));
+            values[size_t(y * 40 + x)] += e * e * double(time.at("time", u, v));
+          }
+        }
+      }
+    }
+    return values;
+  };
+  const std::vector<double> one = costs("out.exr"), other = costs("other.exr");
+  heatmap("saving.exr", {"--against", path("other.exr")});
+  const ExrPicture saving = read_exr(path("saving.exr"));
+  int compared = 0;
+  for (size_t i = 0; i < one.size(); ++i) {
+    const float value = saving.channels.at("saving")[i];
+    EXPECT_EQ(std::isnan(value), one[i] == 0);
+    if (std::isnan(value)) continue;
+    EXPECT_NEAR(double(value), other[i] / one[i], 1e-4 * other[i] / one[i]);
+    ++compared;
+  }
+  EXPECT_GT(compared, 400);
+  heatmap("saving.png", {"--against", path("other.exr"), "--log", "--colors", "viridis"});
+  EXPECT_GT(read_bytes_picture(path("saving.png")).height, 24);
+
+  const Words against = {"heatmap", path("out.exr"), "-o", path("d.png"), "--against"};
+  expect_failure(against + Words{path("other.exr"), "--of", "time"}, 2, {"--against", "--of"});
+  expect_failure(against + Words{path("d.png")}, 2, {"d.png", "--against"});
+  render(Words{"render", scene(), "-o", path("small.exr"), "--size", "40x23", "--spp", "4"} + aovs);
+  expect_failure(against + Words{path("small.exr")}, 3, {"small.exr", "size"});
+  render({"render", scene(), "-o", path("plain.exr"), "--size", "40x24", "--spp", "4"});
+  expect_failure(against + Words{path("plain.exr")}, 3, {"plain.exr", "variance"});
+}
+
 TEST_F(Heatmap, WrongStylesAndCounts) {
   const Words d = {"--heatmap", path("d.png")}, e = {"--heatmap", path("e.png")};
   expect_failure(render_words({"--heatmap-of", "error"}), 2, {"--heatmap-of requires --heatmap"});
