@@ -5,7 +5,7 @@
   blur.jpg       pictures and sample densities with motion blur, with depth of field, and with both
   heatmaps.jpg   samples, stop reasons, time and error of one frame
   clamped.jpg    a picture without and with --clamp-indirect, and the light that --clamp-indirect removed
-  guided.jpg     a room without and with --env-sampling guided, and a corridor without and with --guiding on
+  guided.jpg     a room without and with --env-sampling guided, a corridor without and with --guiding on, and the savings
   denoised.jpg   a picture of 16 samples, the denoised picture, its estimated error, and a picture of 4096 samples
   layers.jpg     a frame's layers for compositing
 
@@ -100,22 +100,28 @@ def make_clamped(emberline, threads, out):
 
 
 def make_guided(emberline, threads, out):
-    """Writes four pictures: a room that only the sky lights, through double glazing, without and with guided light
-    samples; and a corridor next to a lit room (tests/bench/interiors.py), without and with guided paths."""
+    """Writes two rows: a room that only the sky lights, through double glazing, without and with guided light samples;
+    and a corridor next to a lit room (tests/bench/interiors.py), without and with guided paths. The third picture of a
+    row shows the time saved."""
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
         edits = folder / "edits.json"
         edits.write_text('{"emberline_edits": 1, "lights": [{"kind": "material", "name": "bulb", "on": false}]}')
         (folder / "corridor.glb").write_bytes(interiors.corridor().glb())
-        room = [HERE / "window_room.glb", "--edits", edits, "--sun", "30,120", "--exposure", "5", "--guiding", "off"]
-        corridor = [folder / "corridor.glb", "--exposure", "4"]
-        frames = [(*room, "--env-sampling", "light"), (*room, "--env-sampling", "guided"),
-                  (*corridor, "--guiding", "off"), (*corridor, "--guiding", "on")]
+        room = [HERE / "window_room.glb", "--edits", edits, "--sun", "30,120", "--exposure", "5", "--guiding", "off",
+                "--env-sampling"]
+        corridor = [folder / "corridor.glb", "--exposure", "4", "--guiding"]
         panels = []
-        for frame in frames:
-            panels.append(folder / f"{len(panels)}.png")
-            run(emberline, "render", *frame, "--size", "480x270", "--spp", "64", "-o", panels[-1], "--quiet", *threads)
-        run("oiiotool", *panels, "--mosaic:pad=8", "2x2", *JPEG, out)
+        for scene, ways in ((room, ("light", "guided")), (corridor, ("off", "on"))):
+            frames = [folder / f"{way}.exr" for way in ways]
+            for way, frame in zip(ways, frames):
+                panels.append(frame.with_suffix(".png"))
+                run(emberline, "render", *scene, way, "--size", "400x225", "--spp", "64", "--aov", "variance,time", "-o",
+                    frame, "-o", panels[-1], "--quiet", *threads)
+            panels.append(folder / f"saving_{ways[1]}.png")
+            run(emberline, "heatmap", frames[1], "--against", frames[0], "-o", panels[-1], "--plain", "--log", "--range",
+                "0.3,30", "--colors", "viridis", "--quiet")
+        run("oiiotool", *panels, "--mosaic:pad=8", "3x2", *JPEG, out)
 
 
 def make_denoised(emberline, threads, out):

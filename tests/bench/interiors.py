@@ -13,12 +13,18 @@ The rooms are made by this script. Constants were chosen on `screen`, `corridor`
 afterwards. Further scenes can be given as JSON lines: {"name": "cornell", "scene": "cornell_box.glb", "options": []}.
 
   PYTHONPATH=build/release/python tests/bench/interiors.py build/release/bin/emberline rooms --spp 64
+
+With --blender, Cycles renders the scenes too. The last two columns are how many times less processor time Emberline
+needs than Cycles, without and with guiding. Emberline's time is then that of the whole process, Cycles' begins with its
+first sample. Lamps are two-sided, as always in Cycles; both use eight bounces and a box filter. The options of
+further scenes must then begin with --look-from, --look-at and --fov-y, and can have --env and --env-strength.
 """
 import argparse
 import json
 import os
 import subprocess
 import sys
+import types
 from pathlib import Path
 
 try:
@@ -27,6 +33,8 @@ try:
     import emberline
 except ImportError:  # the rooms need neither
     pass
+
+import race_cycles
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2] / "scenes"))
 from make.gltf import Gltf, srgb  # noqa: E402
@@ -71,6 +79,8 @@ def wall_with_hole(mesh, axis, at, low, high, hole_low, hole_high, towards):
 
 
 class Room(Gltf):
+    two_sided_lamps = False
+
     def __init__(self, name):
         super().__init__(name)
         self.plaster = self.material("plaster", (0.75, 0.75, 0.72), roughness=1.0, two_sided=True)
@@ -80,8 +90,14 @@ class Room(Gltf):
         self.brass = self.material("brass", (0.89, 0.72, 0.39), metallic=1.0, roughness=0.3)
 
     def lamp(self, mesh, radiance, **placement):
-        glow = self.material("lamp", (0, 0, 0), roughness=1.0, emission=tuple(radiance * c for c in (1, 0.9, 0.8)))
+        glow = self.material("lamp", (0, 0, 0), roughness=1.0, emission=tuple(radiance * c for c in (1, 0.9, 0.8)),
+                             two_sided=self.two_sided_lamps)
         return self.add_object("lamp", mesh, glow, **placement)
+
+    def camera(self, name, look_from, look_at, fov_y):
+        triple = lambda x: ",".join(map(str, x))
+        self.view = ["--look-from", triple(look_from), "--look-at", triple(look_at), "--fov-y", str(fov_y)]
+        return super().camera(name, look_from, look_at, fov_y)
 
     def shell(self, high, without=()):
         """Adds the walls, floor and ceiling of a room with a corner at the origin."""
@@ -186,15 +202,30 @@ ROOMS = {room.__name__: room for room in (screen, corridor, uplight, shade, shaf
 OPTIONS = {"shaft": ["--sun", "60,30", "--env-strength", "1"]}
 
 
+def read(path):
+    picture = emberline.read(path)
+    return np.stack([picture[c] for c in "RGB"], -1).astype(float)
+
+
 def render(program, scene, output, size, spp, seed, guiding):
     """Returns the linear picture and the processor seconds."""
     before = os.times()
     subprocess.run([program, "render", *scene, "--size", size, "--spp", str(spp), "--seed", str(seed), "--guiding",
                     guiding, "-o", output, "--quiet"], check=True)
     after = os.times()
-    picture = emberline.read(output)
-    return (np.stack([picture[c] for c in "RGB"], -1).astype(float),
-            after.children_user + after.children_system - before.children_user - before.children_system)
+    return read(output), after.children_user + after.children_system - before.children_user - before.children_system
+
+
+def render_with_cycles(blender, scene, output, size, spp, seed):
+    """Does the same with Cycles."""
+    given = dict(zip(scene[1::2], scene[2::2]))
+    numbers = lambda name: [float(x) for x in given[name].split(",")]
+    view = {"look_from": numbers("--look-from"), "look_at": numbers("--look-at"), "fov_y": float(given["--fov-y"]),
+            "env": given.get("--env"), "env_strength": float(given.get("--env-strength", 1))}
+    options = types.SimpleNamespace(assets=Path(), blender=blender, threads=os.cpu_count(), bounces=8,
+                                    cache=output.parent.resolve())
+    figures = race_cycles.Cycles(options, view).render(Path(scene[0]).resolve(), size, spp, seed, output.resolve())
+    return read(output), figures["render_cpu_s"]
 
 
 def smoothed(picture):
@@ -221,35 +252,47 @@ def main():
     parser.add_argument("--spp", default="64", help="samples per pixel [64]")
     parser.add_argument("--size", default="320x180", help="size of the frames [320x180]")
     parser.add_argument("--pairs", type=int, default=1, help="pairs of frames [1]")
+    parser.add_argument("--blender", help="a Blender whose Cycles renders the scenes, too")
     parser.add_argument("--guiding", default="on", choices=("on", "auto"), help="what to compare with off [on]")
     options = parser.parse_args()
     options.folder.mkdir(parents=True, exist_ok=True)
+    Room.two_sided_lamps = options.blender is not None
     scenes = {}
     for name in filter(None, options.rooms.split(",")):
         path = options.folder / f"{name}.glb"
-        path.write_bytes(ROOMS[name]().glb())
-        scenes[name] = [str(path), *OPTIONS.get(name, [])]
+        room = ROOMS[name]()
+        path.write_bytes(room.glb())
+        scenes[name] = [str(path), *room.view, *OPTIONS.get(name, [])]
     for line in options.scenes.read_text().splitlines() if options.scenes else []:
         row = json.loads(line)
         scenes[row["name"]] = [str(options.scenes.parent / row["scene"]), *row.get("options", [])]
-    print("| scene | spp | relMSE without | with | time without | error | time | gain | worst |\n" + "| --- " * 9 + "|")
+    heads = ["scene", "spp", "relMSE without", "with", "time without", "error", "time", "gain", "worst"]
+    heads += ["without / Cycles", "with / Cycles"] if options.blender else []
+    print("| " + " | ".join(heads) + " |\n" + "| --- " * len(heads) + "|")
+    output = options.folder / "frame.exr"
+    as_cycles = ["--filter", "box", "--max-depth", "9"] if options.blender else []
     for name, scene in scenes.items():
         for spp in map(int, options.spp.split(",")):
-            frames, seconds = {}, {}
-            for guiding in ("off", options.guiding):
-                runs = [render(options.program, scene, options.folder / "frame.exr", options.size, spp, seed, guiding)
-                        for seed in range(1, 2 * options.pairs + 1)]
-                frames[guiding], seconds[guiding] = [run[0] for run in runs], sum(run[1] for run in runs) / len(runs)
-            mean = smoothed(sum(frames[options.guiding]) / (2 * options.pairs))
-            scale = 2 * (mean ** 2 + 0.01 * mean.mean() ** 2)
-            errors = {}
-            for guiding, pictures in frames.items():
-                errors[guiding] = np.mean([split_mean(((a - b) ** 2 / scale).mean(-1))
-                                           for a, b in zip(pictures[::2], pictures[1::2])], axis=0)
-            (without, worst_without), (guided, worst) = errors["off"], errors[options.guiding]
-            error, time = without / guided, seconds[options.guiding] / seconds["off"]
-            print(f"| {name} | {spp} | {without:.3g} | {guided:.3g} | {seconds['off']:.1f} s | {error:.2f} | {time:.2f} | "
-                  f"{error / time:.2f} | {worst_without / worst:.2f} |", flush=True)
+            ways = {way: lambda seed, way=way: render(options.program, scene + as_cycles, output, options.size, spp,
+                                                      seed, way) for way in (options.guiding, "off")}
+            if options.blender:
+                ways["Cycles"] = lambda seed: render_with_cycles(options.blender, scene, output, options.size, spp, seed)
+            errors, worst, seconds, scale = {}, {}, {}, None
+            for way, frame in ways.items():
+                runs = [frame(seed) for seed in range(1, 2 * options.pairs + 1)]
+                pictures, seconds[way] = [run[0] for run in runs], sum(run[1] for run in runs) / len(runs)
+                if scale is None:  # the least noisy frames give the scale of all
+                    mean = smoothed(sum(pictures) / len(pictures))
+                    scale = 2 * (mean ** 2 + 0.01 * mean.mean() ** 2)
+                errors[way], worst[way] = np.mean([split_mean(((a - b) ** 2 / scale).mean(-1))
+                                                   for a, b in zip(pictures[::2], pictures[1::2])], axis=0)
+            ratio = lambda values, way, other="off": values[other] / values[way]
+            gain = lambda way, other="off": ratio(errors, way, other) * ratio(seconds, way, other)
+            on = options.guiding
+            cells = [name, spp, f"{errors['off']:.3g}", f"{errors[on]:.3g}", f"{seconds['off']:.1f} s",
+                     *(f"{x:.2f}" for x in (ratio(errors, on), 1 / ratio(seconds, on), gain(on), ratio(worst, on)))]
+            cells += [f"{gain(way, 'Cycles'):.2f}" for way in ("off", on)] if options.blender else []
+            print("| " + " | ".join(map(str, cells)) + " |", flush=True)
 
 
 if __name__ == "__main__":

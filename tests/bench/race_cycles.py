@@ -320,4 +320,5 @@ def main():
         options.chart.write_text(chart(figures))
 
 
-main()
+if __name__ == "__main__":
+    main()

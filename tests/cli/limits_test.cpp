@@ -283,6 +283,21 @@ TEST_F(Limits, ASceneThatIsTooLargeIsRefused) {
   }
 }
 
+TEST_F(Limits, ASurveyThatNeedsTooMuchIsRefused) {
+  Words words = {"render",
+                 EMBERLINE_SCENES "/cornell_box.glb",
+                 "-o",
+                 path("out.exr"),
+                 "--size",
+                 "130x130",
+                 "--spp",
+                 "1",
+                 "--memory-limit",
+                 "20M"};
+  expect_failure(words, 3, {"--guiding", "survey", "of the limit of 20 MiB is left"});
+  render(words + Words{"--guiding", "off"});
+}
+
 // If building the BVH fails, memory is released before the error is reported. The error must name
 // the amount that was left before that.
 TEST_F(Limits, ARefusalNamesLessMemoryThanIsNeeded) {

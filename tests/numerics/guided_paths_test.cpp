@@ -65,8 +65,8 @@ bool has_guide(const Scene& scene, const CameraDescription& view, const RenderSe
 
 // The mean with a guide is that without one. The false-alarm rate is 6e-7 for each comparison.
 TEST(GuidedPaths, HaveTheMeanOfPathsThatAreNot) {
-  for (const std::string with : {"", "gloss", "metal", "pane", "solid", "card", "sky", "sun",
-                                 "leaf", "coat", "tiny", "huge"}) {
+  for (const std::string with : {"", "gloss", "metal", "layers", "pane", "solid", "card", "sky",
+                                 "sun", "leaf", "coat", "tiny", "huge"}) {
     MaterialDescription walls = plaster();
     if (with == "gloss") {
       walls.specular = 1.0f;
@@ -74,6 +74,10 @@ TEST(GuidedPaths, HaveTheMeanOfPathsThatAreNot) {
     } else if (with == "metal") {
       walls = metal(Rgb(0.7f), 0.5f);
       walls.double_sided = true;
+    } else if (with == "layers") {
+      walls.clearcoat = 0.5f;
+      walls.sheen_color = Rgb(0.3f);
+      walls.sheen_roughness = 0.5f;
     }
     GuidedRoomBuilder b(walls, with == "tiny" ? 1e-6 : with == "huge" ? 1e6 : 1);
     if (with == "pane" || with == "solid") {
@@ -165,6 +169,24 @@ TEST(GuidedPaths, AutoGuidesWhereItPays) {
   b.place(b.add_mesh(SceneBuilderForTests::sphere(1.0f, 16, b.add_material(plaster()))));
   b.set_environment(Rgb(1.0f));
   EXPECT_FALSE(has_guide(*b.build(), perspective({0, 3, 6}, {0, 0, 0}, 50), s));
+
+  // A deep court has much indirect light, but rays leave through its open top.
+  SceneBuilderForTests court;
+  const int wall = court.add_material(lambert(Rgb(0.9f)));
+  court.add_quad({-2, 0, -2}, {-2, 0, 2}, {2, 0, 2}, {2, 0, -2}, wall);
+  court.add_quad({-2, 0, -2}, {2, 0, -2}, {2, 2, -2}, {-2, 2, -2}, wall);
+  court.add_quad({-2, 0, 2}, {-2, 0, -2}, {-2, 2, -2}, {-2, 2, 2}, wall);
+  court.add_quad({2, 0, -2}, {2, 0, 2}, {2, 2, 2}, {2, 2, -2}, wall);
+  court.set_environment(Rgb(1.0f));
+  const auto open = court.build();
+  const CameraDescription view = perspective({0, 2, 2.5}, {0, 0.5, -1}, 60);
+  const IndirectSurvey survey =
+      plan_of(s)
+          .frame(*open, Camera(view, s.width, s.height, open->origin(), open->scale()))
+          .indirect;
+  EXPECT_GT(survey.indirect_fraction, 0.25);
+  EXPECT_GT(survey.leaving_fraction, 0.25);
+  EXPECT_EQ(survey.guide, nullptr);
 }
 
 // Law 1: the guide depends on the scene and the view only, not on threads, crops, buckets, drivers

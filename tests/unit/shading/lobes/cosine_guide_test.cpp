@@ -28,6 +28,19 @@ TEST(CosineGuide, SamplesHaveItsDensity) {
       [&](const Vec3f& w) { return w.z > 0.0f ? double(w.z * kInvPi * guide.density(w)) : 0.0; }));
 }
 
+// What transmits light is not guided.
+TEST(CosineGuide, SurfacesItServes) {
+  const Vec3f wo = normalize(Vec3f(0.5f, 0.2f, 0.8f));
+  LayerParameters layers;
+  layers.clearcoat = 1.0f;
+  EXPECT_TRUE(SurfaceBsdf(BsdfParameters(), layers, wo, {0, 0, 1}).can_be_guided());
+  layers.diffuse_transmission = 0.5f;
+  EXPECT_FALSE(SurfaceBsdf(BsdfParameters(), layers, wo, {0, 0, 1}).can_be_guided());
+  BsdfParameters glass;
+  glass.transmission = 0.5f;
+  EXPECT_FALSE(SurfaceBsdf(glass, wo).can_be_guided());
+}
+
 TEST(CosineGuide, KeepsTheOrderOfPoints) {
   const CosineGuide guide(uneven_weights());
   for (const float fixed : {0.0f, 0.3f, kOneMinusEpsilon}) {
@@ -54,17 +67,27 @@ TEST(CosineGuide, EqualWeightsChangeNothing) {
   }
 }
 
-// A guided BSDF samples with the density that it reports, and keeps its value. With a coat, both
-// lobes are sampled. The geometric normal cuts off a part of the second one's directions.
+// A guided BSDF samples with the density that it reports, and keeps its value: a plain one, one
+// with gloss, and one with layers. The geometric normal cuts off a part of the last two's
+// directions.
 TEST(CosineGuide, GuidesABsdf) {
   const CosineGuide guide(uneven_weights());
   const Vec3f wo = normalize(Vec3f(0.5f, 0.2f, 0.8f));
-  for (const bool coated : {false, true}) {
+  for (const std::string_view kind : {"plain", "gloss", "layers"}) {
     BsdfParameters parameters;
     parameters.roughness = 0.4f;
-    parameters.specular = coated ? 1.0f : 0.0f;
-    const Vec3f normal = coated ? normalize(Vec3f(0.2f, 0.0f, 1.0f)) : Vec3f(0, 0, 1);
-    const SurfaceBsdf plain(parameters, wo, normal);
+    parameters.specular = kind == "plain" ? 0.0f : 1.0f;
+    LayerParameters layers;
+    if (kind == "layers") {
+      layers.clearcoat = 0.7f;
+      layers.clearcoat_roughness = 0.5f;
+      layers.sheen_color = Rgb(0.3f);
+      layers.sheen_roughness = 0.6f;
+      layers.anisotropy = 0.5f;
+    }
+    const Vec3f normal = kind == "plain" ? Vec3f(0, 0, 1) : normalize(Vec3f(0.2f, 0.0f, 1.0f));
+    const SurfaceBsdf plain = kind == "layers" ? SurfaceBsdf(parameters, layers, wo, normal)
+                                               : SurfaceBsdf(parameters, wo, normal);
     ASSERT_TRUE(plain.can_be_guided());
     SurfaceBsdf guided = plain;
     guided.set_guide(&guide);
@@ -79,7 +102,7 @@ TEST(CosineGuide, GuidesABsdf) {
           guided.eval_and_pdf(w, &pdf);
           return double(pdf);
         }))
-        << coated;
+        << kind;
     for (uint64_t i = 0; i < 1000; ++i) {
       const BsdfSample sample = guided.sample(0.5f, TestRandom(5, i).vec2());
       if (!sample.valid) continue;
