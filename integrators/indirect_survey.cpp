@@ -149,7 +149,7 @@ class Surveyor {
     const size_t at_once = kChunk * kRayBatch * SurveyPaths::kMaxVertices;
     memory_.release();
     memory_.add((vertices + at_once) * sizeof(SurveyVertex) + IndirectGuide::bytes(vertices),
-                "`guiding`: surveying the indirect light");
+                "`guiding` (off needs no memory): the survey of indirect light");
     vertices_.reserve(vertices);
   }
 

@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <span>
 
 #include "integrators/path_batch.h"
@@ -65,6 +66,7 @@ class PathLoop : private PathBatch {
   // Limits the probability of ending a path to 95 %, so that a survivor's weight grows by a factor
   // of at most 20.
   static constexpr float kMinSurvival = 0.05f;
+  static constexpr float kTiny = std::numeric_limits<float>::min();
 
   static float survival(float scale, float root) {
     return std::clamp(scale * root, kMinSurvival, 1.0f);
@@ -349,8 +351,9 @@ class PathLoop : private PathBatch {
     if (path->cell) {
       const float expected =
           luminance(before) * luminance(bsdfs[lane].albedo()) * path->cell->indirect;
-      path->survival = std::max(survival(kGuidedRouletteScale, root),
-                                survival(kLightRouletteScale, expected / path->expected));
+      path->survival =
+          std::max(survival(kGuidedRouletteScale, root),
+                   survival(kLightRouletteScale, expected / std::max(path->expected, kTiny)));
       path->ray_survival = path->survival;
     } else {
       path->survival = survival(kRouletteScale, root);

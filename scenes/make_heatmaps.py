@@ -116,8 +116,8 @@ def make_guided(emberline, threads, out):
             frames = [folder / f"{way}.exr" for way in ways]
             for way, frame in zip(ways, frames):
                 panels.append(frame.with_suffix(".png"))
-                run(emberline, "render", *scene, way, "--size", "400x225", "--spp", "64", "--aov", "variance,time", "-o",
-                    frame, "-o", panels[-1], "--quiet", *threads)
+                run(emberline, "render", *scene, way, "--size", "400x225", "--spp", "64", "--streams", "2", "--aov",
+                    "variance,time", "-o", frame, "-o", panels[-1], "--quiet", *threads)
             panels.append(folder / f"saving_{ways[1]}.png")
             run(emberline, "heatmap", frames[1], "--against", frames[0], "-o", panels[-1], "--plain", "--log", "--range",
                 "0.3,30", "--colors", "viridis", "--quiet")

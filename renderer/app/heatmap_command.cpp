@@ -30,23 +30,36 @@ Plane plane_of(const std::string& path, const FloatImage& frame, std::string_vie
   return plane.plane();
 }
 
-// Returns squared error times time, summed over the pixels around each pixel, because the estimates
-// for single pixels are noisy. Pixels without an error count as 0.
-Plane time_for_equal_error(const std::string& path, const FloatImage& frame) {
+// Returns squared error times time, in proportion to the time for an equal error. NaN where a pixel
+// has no error.
+Plane costs_of(const std::string& path, const FloatImage& frame) {
+  Plane costs = plane_of(path, frame, "error");
+  const Plane time = plane_of(path, frame, "time");
+  for (size_t i = 0; i < costs.values.size(); ++i) {
+    costs.values[i] *= costs.values[i] * time.values[i];
+  }
+  return costs;
+}
+
+// Divides the sums over the pixels around each pixel, because the estimates for single pixels are
+// noisy. Pixels that lack a value in one of the planes are left out.
+std::vector<float> local_ratios(const Plane& above, const Plane& below) {
   constexpr int kRadius = 2;
-  const Plane error = plane_of(path, frame, "error"), time = plane_of(path, frame, "time");
-  Plane sums = {error.width, error.height, std::vector<float>(error.values.size())};
-  for (size_t i = 0; i < error.values.size(); ++i) {
-    const float cost = error.values[i] * error.values[i] * time.values[i];
-    if (!(cost > 0.0f)) continue;
-    const int x = int(i) % error.width, y = int(i) / error.width;
-    for (int v = std::max(y - kRadius, 0); v <= std::min(y + kRadius, error.height - 1); ++v) {
-      for (int u = std::max(x - kRadius, 0); u <= std::min(x + kRadius, error.width - 1); ++u) {
-        sums.values[size_t(v) * size_t(error.width) + size_t(u)] += cost;
+  std::vector<float> ratios;
+  for (int y = 0; y < below.height; ++y) {
+    for (int x = 0; x < below.width; ++x) {
+      float sum_above = 0.0f, sum_below = 0.0f;
+      for (int v = std::max(y - kRadius, 0); v <= std::min(y + kRadius, below.height - 1); ++v) {
+        for (int u = std::max(x - kRadius, 0); u <= std::min(x + kRadius, below.width - 1); ++u) {
+          if (!std::isfinite(above.at(u, v)) || !std::isfinite(below.at(u, v))) continue;
+          sum_above += above.at(u, v);
+          sum_below += below.at(u, v);
+        }
       }
+      ratios.push_back(sum_below > 0.0f ? sum_above / sum_below : NAN);
     }
   }
-  return sums;
+  return ratios;
 }
 
 // The heatmap of --against.
@@ -79,12 +92,7 @@ int run_heatmap(const HeatmapOptions& options) {
         other.data_window != crop) {
       throw InputError(options.against, "its size or crop is not that of {}", options.image);
     }
-    const Plane before = time_for_equal_error(options.against, other);
-    Plane saving = time_for_equal_error(options.image, image);
-    for (size_t i = 0; i < saving.values.size(); ++i) {
-      saving.values[i] = saving.values[i] > 0.0f ? before.values[i] / saving.values[i] : NAN;
-    }
-    image.values = std::move(saving.values);
+    image.values = local_ratios(costs_of(options.against, other), costs_of(options.image, image));
     image.channel_names = {std::string(kSaving.name)};
   }
   check_heatmap_channels(options.image, quantity, image.channel_names);

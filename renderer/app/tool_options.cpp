@@ -267,8 +267,9 @@ void add_heatmap_options(CLI::App* app, HeatmapOptions& o) {
            {.section = H::kOutput,
             .brief = "show the time saved over this frame of the same view",
             .full = "Show how many times less time the frame needs for an equal error than this "
-                    "one of the same view: squared error times time of FILE, divided by those of "
-                    "IMAGE, as means over 5x5 pixels. Both need `aov` variance,time.",
+                    "one of the same view: squared error times time of FILE over that of IMAGE, as "
+                    "sums over 5x5 pixels. Render both with `streams` 2 and `aov` variance,time: "
+                    "with one stream, the errors of uniform frames are overestimated.",
             .example = "--against uniform.exr --log"})
       ->excludes("--of");
   add_heatmap_style(app, o.style, nullptr);

@@ -57,7 +57,7 @@ constexpr NamedValue<Guiding> kGuidings[] = {
      "in rooms; a short survey finds out whether the scene is mostly closed and where its indirect "
      "light comes from; frames of fewer than 16384 pixels are not guided",
      Guiding::kAuto},
-    {"on", "paths are guided if the survey finds any surface", Guiding::kOn},
+    {"on", "paths are guided wherever the survey finds a surface that can be", Guiding::kOn},
     {"off", "paths follow the materials only", Guiding::kOff}};
 
 constexpr NamedValue<bool> kBackfaces[] = {

@@ -17,8 +17,9 @@ namespace {
 
 // We chose the following constants; tests/bench/results has results for other values.
 //
-// With N vertices, a cell has at least about kMinVertices sqrt(N) of them. So both the number of
-// cells and the number of vertices in each grow with N, as in Müller et al. 2017.
+// With N vertices, a cell usually has at least kMinVertices sqrt(N) of them, and at least half as
+// many unless it is the only one of its orientation. So both the number of cells and the number of
+// vertices in each grow with N, as in Müller et al. 2017.
 constexpr double kMinVertices = 1.25;
 constexpr int kIterations = 8;  // of the radiosity system
 // The mean of a bin is mixed with that of the bin's parent (a block of four bins), which counts as
@@ -33,31 +34,51 @@ static_assert(1 << kLevels == kSize);
 
 using BinValues = std::array<double, kBins>;
 
-// A mean for each bin. A bin with few rays is mostly like its neighbours.
-BinValues smoothed_means(const BinValues& sums, const BinValues& counts) {
+// The rays of a cell, by bin. Rays are weighted by the BSDF over their density, since guided rays
+// go to bright directions more often than others.
+struct BinnedRays {
+  BinValues counts{}, weights{}, sums{}, squares{};
+
+  void add(int bin, double weight, double light) {
+    const auto i = size_t(bin);
+    counts[i] += 1;
+    weights[i] += weight;
+    sums[i] += weight * light;
+    squares[i] += weight * square(light);
+  }
+};
+
+// Returns the weighted mean of each bin. A bin with few rays is mostly like its neighbours.
+BinValues smoothed_means(const BinnedRays& rays, const BinValues& sums) {
   // Level l has 4^l blocks; the last level has the bins.
-  std::array<BinValues, kLevels + 1> block_sums, block_counts;
-  block_sums[kLevels] = sums;
-  block_counts[kLevels] = counts;
-  for (size_t level = kLevels; level-- > 0;) {
-    const size_t size = size_t(1) << level;
-    for (auto* blocks : {&block_sums, &block_counts}) {
-      const BinValues& fine = (*blocks)[level + 1];
+  struct Level {
+    BinValues counts, weights, sums;
+  };
+  std::array<Level, kLevels + 1> levels;
+  levels[kLevels] = {rays.counts, rays.weights, sums};
+  for (size_t l = kLevels; l-- > 0;) {
+    const size_t size = size_t(1) << l;
+    for (BinValues Level::*values : {&Level::counts, &Level::weights, &Level::sums}) {
+      const BinValues& fine = levels[l + 1].*values;
       for (size_t i = 0; i < size * size; ++i) {
         const size_t first = i / size * 4 * size + i % size * 2;
-        (*blocks)[level][i] =
+        (levels[l].*values)[i] =
             fine[first] + fine[first + 1] + fine[first + 2 * size] + fine[first + 2 * size + 1];
       }
     }
   }
+  const auto mean = [](const Level& level, size_t i, double none) {
+    return level.weights[i] > 0 ? level.sums[i] / level.weights[i] : none;
+  };
   BinValues means{}, finer;
-  means[0] = block_counts[0][0] > 0 ? block_sums[0][0] / block_counts[0][0] : 0.0;
-  for (size_t level = 1; level <= kLevels; ++level) {
-    const size_t size = size_t(1) << level;
+  means[0] = mean(levels[0], 0, 0.0);
+  for (size_t l = 1; l <= kLevels; ++l) {
+    const size_t size = size_t(1) << l;
     for (size_t i = 0; i < size * size; ++i) {
       const double parent = means[i / size / 2 * (size / 2) + i % size / 2];
+      const double count = levels[l].counts[i];
       finer[i] =
-          (block_sums[level][i] + kParentRays * parent) / (block_counts[level][i] + kParentRays);
+          (count * mean(levels[l], i, parent) + kParentRays * parent) / (count + kParentRays);
     }
     means = finer;
   }
@@ -110,6 +131,7 @@ class IndirectGuideBuilder {
   }
 
   void find_cells() {
+    order_.reserve(vertices_.size());
     for (size_t i = 0; i < vertices_.size(); ++i) {
       if (vertices_[i].albedo > 0.0f) order_.push_back(uint32_t(i));
     }
@@ -205,17 +227,14 @@ class IndirectGuideBuilder {
   // Guiding").
   void gather_indirect_light(bool last) {
     for_each_cell([&](size_t cell) {
-      BinValues counts{}, sums{}, squares{};
+      BinnedRays rays;
       for (const uint32_t i : vertices_of(cell)) {
         const SurveyVertex& v = vertices_[i];
         if (!v.is_diffuse || v.incoming < 0.0f) continue;
-        const double light = double(v.incoming);
-        counts[v.bin] += 1;
-        sums[v.bin] += light;
-        squares[v.bin] += square(light);
+        rays.add(v.bin, double(v.weight) / double(v.albedo), double(v.incoming));
       }
-      guide_.cells_[cell].indirect = float(mean_of(smoothed_means(sums, counts)));
-      if (last) guide_.cells_[cell].directions = guide_to(smoothed_means(squares, counts));
+      guide_.cells_[cell].indirect = float(mean_of(smoothed_means(rays, rays.sums)));
+      if (last) guide_.cells_[cell].directions = guide_to(smoothed_means(rays, rays.squares));
     });
   }
 
@@ -256,9 +275,10 @@ IndirectGuide::IndirectGuide(std::vector<SurveyVertex>& vertices) {
 }
 
 uint64_t IndirectGuide::bytes(uint64_t vertices) {
-  // Each cell has more than half of min_vertices, and a tree has fewer nodes than cells.
+  // Each cell has more than half of min_vertices, and a tree has fewer nodes than cells. The third
+  // list is for sorting.
   const uint64_t cells = vertices / (min_vertices(vertices) / 2 + 1) + kOrientations;
-  const uint64_t lists = 2 * sizeof(uint32_t) * vertices + 2 * sizeof(size_t) * cells;
+  const uint64_t lists = 3 * sizeof(uint32_t) * vertices + 2 * sizeof(size_t) * cells;
   return cells * (sizeof(GuideCell) + 2 * sizeof(Node)) + lists;
 }
 

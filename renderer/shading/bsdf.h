@@ -21,6 +21,7 @@
 // (shading_normal.h). eval and sample both do this, so that light sampling and BSDF sampling agree.
 #pragma once
 
+#include <cassert>
 #include <optional>
 
 #include "renderer/core/color4.h"
@@ -82,7 +83,10 @@ class SurfaceBsdf {
 
   // Samples the cosine lobe with this density from now on. `guide` must outlive the BSDF; null:
   // without a guide. Only allowed if can_be_guided().
-  void set_guide(const CosineGuide* guide) { guide_ = guide; }
+  void set_guide(const CosineGuide* guide) {
+    assert(can_be_guided());
+    guide_ = guide;
+  }
   // Whether there is a cosine lobe. False for surfaces that transmit light: what they scatter does
   // not come from one side alone.
   bool can_be_guided() const { return has_cosine_ && (!list_ || list_->only_reflects); }

@@ -294,7 +294,7 @@ TEST_F(Limits, ASurveyThatNeedsTooMuchIsRefused) {
                  "1",
                  "--memory-limit",
                  "20M"};
-  expect_failure(words, 3, {"--guiding", "survey", "of the limit of 20 MiB is left"});
+  expect_failure(words, 3, {"--guiding (off needs no memory)", "of the limit of 20 MiB is left"});
   render(words + Words{"--guiding", "off"});
 }
 

@@ -119,10 +119,16 @@ inline void expect_exact(const RenderedImage& image, double exact, double tolera
 
 // For tests whose exact values hold whether or not paths are guided to indirect light.
 class ByGuiding : public testing::TestWithParam<Guiding> {
- protected:
+ public:
   static RenderSettings with_guiding(RenderSettings s) {
     s.guiding = GetParam();
     return s;
+  }
+  // Expects that paths are guided if they are meant to be.
+  static void expect_guide(const Scene& scene, const CameraDescription& view,
+                           const RenderSettings& s) {
+    const Camera camera(view, s.width, s.height, scene.origin(), scene.scale());
+    EXPECT_EQ(plan_of(s).frame(scene, camera).indirect.guide != nullptr, s.guiding == Guiding::kOn);
   }
   static CaseName name(const std::string& number, const std::string& what) {
     return {number, GetParam() == Guiding::kOn ? what + ", guided" : what};

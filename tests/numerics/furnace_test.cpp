@@ -46,18 +46,18 @@ TEST_P(Furnace, IntermediateMetalness) {
 // KHR_materials_specular expresses "no reflection" by an index of 1000 and a colour of 0. The index
 // alone would reflect everything, and the colour removes all of it except the grazing F90. The base
 // is black, so the picture shows only the reflection.
-TEST_P(Furnace, SpecularColorScalesTheReflection) {
+TEST(Reflection, SpecularColorScalesTheReflection) {
   MaterialDescription m;
   m.base_color = Rgb(0.0f);
   m.metallic = 0.0f;
   m.roughness = 0.0f;
   m.ior = 1000.0f;
-  const RenderSettings s = with_guiding(furnace_settings());
+  const RenderSettings s = furnace_settings();
   for (const float color : {0.0f, 0.5f, 1.0f}) {
     m.specular_color = Rgb(color);
     const double f0 = color * square(999.0 / 1001.0), grazing = std::pow(1 - 0.6, 5.0);
     expect_exact(albedo_of(m, 0.6, s), f0 + (1 - f0) * grazing, 1e-5, s,
-                 name("1", "specular colour " + format_value(double(color))));
+                 {"1", "specular colour " + format_value(double(color))});
   }
 }
 

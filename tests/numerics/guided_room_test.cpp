@@ -247,7 +247,9 @@ TEST(GuidedRoom, NoGuideWhenStopped) {
   std::stop_source stop;
   stop.request_stop();
   const Camera camera(view, s.width, s.height, scene->origin(), scene->scale());
-  EXPECT_FALSE(plan_of(s).frame(*scene, camera, {}, stop.get_token()).guide);
+  const Frame frame = plan_of(s).frame(*scene, camera, {}, stop.get_token());
+  EXPECT_FALSE(frame.guide);
+  EXPECT_FALSE(frame.indirect.guide);
 }
 
 TEST(GuidedRoom, NoGuideWhereItDoesNotPay) {

@@ -77,6 +77,22 @@ TEST(IndirectGuide, CountsLightFromOutside) {
   EXPECT_LT(guide.indirect_fraction(), 0.01);
 }
 
+// Guided rays go to the bright half of the directions nine times in ten. The mean does not change.
+TEST(IndirectGuide, GuidedRaysKeepTheMean) {
+  std::vector<SurveyVertex> vertices = paths_between(0.0001f, 1.0f, /*open=*/true);
+  for (size_t i = 0; i < vertices.size(); ++i) {
+    SurveyVertex& v = vertices[i];
+    TestRandom random(4, i);
+    const bool bright = random.next() < 0.9f;
+    v.bin = uint8_t(random.bits() % 128 + (bright ? 0 : 128));
+    v.weight = v.albedo / (bright ? 1.8f : 0.2f);
+    v.next = SurveyVertex::Next::kNothing;
+    v.incoming = bright ? 2.0f : 0.0f;
+  }
+  const IndirectGuide guide(vertices);
+  EXPECT_NEAR(guide.find({0.5f, 0, 0.5f}, kUp)->indirect, 1.0f, 0.05f);
+}
+
 TEST(IndirectGuide, SeparatesSidesAndAxes) {
   std::vector<SurveyVertex> vertices = paths_between(0.5f, 1.0f);
   const IndirectGuide guide(vertices);
@@ -97,7 +113,7 @@ TEST(IndirectGuide, PrefersBrightDirections) {
     SurveyVertex v;
     v.position = {random.next(), 0, random.next()};
     v.orientation = IndirectGuide::orientation_of(kUp);
-    v.albedo = 0.5f;
+    v.albedo = v.weight = 0.5f;
     v.is_first = v.is_diffuse = true;
     v.bin = uint8_t(random.bits());
     v.next = SurveyVertex::Next::kNothing;

@@ -44,12 +44,14 @@ TEST(CosineGuide, SurfacesItServes) {
 TEST(CosineGuide, KeepsTheOrderOfPoints) {
   const CosineGuide guide(uneven_weights());
   for (const float fixed : {0.0f, 0.3f, kOneMinusEpsilon}) {
-    float before = -1;
+    Vec2f before(-1.0f);
     for (int i = 0; i < 1000; ++i) {
-      const Vec2f u = guide.sample({fixed, float(i) / 1000});
-      EXPECT_GE(u.y, before);
-      EXPECT_LT(std::max(u.x, u.y), 1.0f);
-      before = u.y;
+      const float moving = float(i) / 1000;
+      const Vec2f across = guide.sample({moving, fixed}), up = guide.sample({fixed, moving});
+      EXPECT_GE(across.x, before.x);
+      EXPECT_GE(up.y, before.y);
+      EXPECT_LT(std::max({across.x, across.y, up.x, up.y}), 1.0f);
+      before = {across.x, up.y};
     }
   }
 }
