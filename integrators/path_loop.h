@@ -66,7 +66,7 @@ class PathLoop : private PathBatch {
   // Limits the probability of ending a path to 95 %, so that a survivor's weight grows by a factor
   // of at most 20.
   static constexpr float kMinSurvival = 0.05f;
-  static constexpr float kTiny = std::numeric_limits<float>::min();
+  static constexpr float kTiny = std::numeric_limits<float>::min();  // for light that may be 0
 
   static float survival(float scale, float root) {
     return std::clamp(scale * root, kMinSurvival, 1.0f);
