@@ -5,7 +5,7 @@
   blur.jpg       pictures and sample densities with motion blur, with depth of field, and with both
   heatmaps.jpg   samples, stop reasons, time and error of one frame
   clamped.jpg    a picture without and with --clamp-indirect, and the light that --clamp-indirect removed
-  guided.jpg     a room without and with --env-sampling guided, a corridor without and with --guiding on, and the savings
+  guided.jpg     a room without and with --env-sampling guided, a corridor without and with --guiding on, and savings
   denoised.jpg   a picture of 16 samples, the denoised picture, its estimated error, and a picture of 4096 samples
   layers.jpg     a frame's layers for compositing
 

@@ -134,7 +134,7 @@ std::optional<TimeLimit> time_limit_of(const FrameSettings& settings);
 // the same number of samples, or if the error estimate only decides which pixels are finished.
 std::string_view allocation_of(const FrameSettings& settings);
 
-// This value of `judge` stands for all channels that the frame delivers.
+// With this value, `judge` means all channels that the frame delivers.
 inline constexpr std::string_view kJudgeDelivered = "delivered";
 // Returns the channels whose error decides how many samples a pixel gets. Empty if only the error
 // of R G B decides this.

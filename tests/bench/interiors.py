@@ -9,8 +9,9 @@ Renders each scene with `--guiding off` and with `--guiding on`, and prints
   worst   the same as error, for the worst thousandth alone
 
 An error is half the squared difference of two frames with different seeds, so there are no references.
-The rooms are made by this script. Constants were chosen on `screen`, `corridor`, `uplight` and three other scenes; the last
-four were made afterwards. Further scenes can be given as JSON lines: {"name": "cornell", "scene": "cornell_box.glb", "options": []}.
+The rooms are made by this script. Constants were chosen on `screen`, `corridor`, `uplight` and three other scenes; the
+last four were made afterwards. Further scenes can be given as JSON lines:
+{"name": "cornell", "scene": "cornell_box.glb", "options": []}.
 
   PYTHONPATH=build/release/python tests/bench/interiors.py build/release/bin/emberline rooms --spp 64
 

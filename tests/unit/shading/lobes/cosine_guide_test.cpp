@@ -28,7 +28,7 @@ TEST(CosineGuide, SamplesHaveItsDensity) {
       [&](const Vec3f& w) { return w.z > 0.0f ? double(w.z * kInvPi * guide.density(w)) : 0.0; }));
 }
 
-// What transmits light is not guided.
+// Surfaces that transmit light are not guided.
 TEST(CosineGuide, SurfacesItServes) {
   const Vec3f wo = normalize(Vec3f(0.5f, 0.2f, 0.8f));
   LayerParameters layers;
